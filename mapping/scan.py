@@ -1,0 +1,66 @@
+"""One sweep of a laser range finder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mapping.geometry import IDENTITY, Floats, Pose2
+
+
+@dataclass(frozen=True, slots=True)
+class LaserScan:
+    """Ranges of one sweep, in the laser's frame.
+
+    Attributes:
+        ranges: (beams,) float32 [m]. A range of `range_max` or more is a beam without a return; a
+            range of 0 is a beam to ignore (masked: a teammate, a damaged reading).
+        bearing_start: bearing of the first beam [rad], counter-clockwise from laser +x.
+        bearing_step: bearing from one beam to the next [rad].
+        range_max: the sensor's reach [m].
+        stamp: when it was measured [s], mission time.
+        T_base_laser: where the laser sits on the robot.
+    """
+
+    ranges: npt.NDArray[np.float32]
+    bearing_start: float
+    bearing_step: float
+    range_max: float
+    stamp: float
+    T_base_laser: Pose2 = IDENTITY
+
+    @property
+    def bearings(self) -> Floats:
+        """Bearings of all beams, (beams,) [rad], counter-clockwise from laser +x."""
+        return self.bearing_start + self.bearing_step * np.arange(len(self.ranges), dtype=np.float64)
+
+    @property
+    def hits(self) -> npt.NDArray[np.bool_]:
+        """Which beams returned from an obstacle, (beams,) bool."""
+        returned: npt.NDArray[np.bool_] = (self.ranges > 0.0) & (self.ranges < self.range_max)
+        return returned
+
+    def points_base(self) -> Floats:
+        """Return the end points (N, 2) [m] of the beams that hit, in the robot's base frame."""
+        hits = self.hits
+        ranges = self.ranges[hits].astype(np.float64)
+        bearings = self.bearings[hits]
+        points_laser = np.column_stack((ranges * np.cos(bearings), ranges * np.sin(bearings)))
+        return self.T_base_laser.apply(points_laser)
+
+    def without(self, masked: npt.NDArray[np.bool_]) -> LaserScan:
+        """Return the scan with the beams in `masked` (beams,) set to be ignored."""
+        if not masked.any():
+            return self
+        ranges = self.ranges.copy()
+        ranges[masked] = 0.0
+        return LaserScan(
+            ranges,
+            self.bearing_start,
+            self.bearing_step,
+            self.range_max,
+            self.stamp,
+            self.T_base_laser,
+        )
