@@ -77,7 +77,7 @@ def pose_from(array: npt.ArrayLike) -> Pose2:
 
 
 def interpolate(T_a_b: Pose2, T_a_c: Pose2, fraction: float) -> Pose2:
-    """Return the pose `fraction` of the way from `T_a_b` (0) to `T_a_c` (1), the short way round."""
+    """Return the pose `fraction` of the way from `T_a_b` (0) to `T_a_c` (1), the short way."""
     return Pose2(
         T_a_b.x + fraction * (T_a_c.x - T_a_b.x),
         T_a_b.y + fraction * (T_a_c.y - T_a_b.y),

@@ -34,7 +34,8 @@ class LaserScan:
     @property
     def bearings(self) -> Floats:
         """Bearings of all beams, (beams,) [rad], counter-clockwise from laser +x."""
-        return self.bearing_start + self.bearing_step * np.arange(len(self.ranges), dtype=np.float64)
+        beams = np.arange(len(self.ranges), dtype=np.float64)
+        return self.bearing_start + self.bearing_step * beams
 
     @property
     def hits(self) -> npt.NDArray[np.bool_]:

@@ -1,0 +1,118 @@
+"""Field types of messages: arrays with a declared shape, poses, names, finite numbers.
+
+Everything from outside is hostile until validated here: dtype, number of dimensions, number of
+elements and finiteness of arrays; finiteness and range of numbers; characters of names.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import AfterValidator, BeforeValidator, Field, GetCoreSchemaHandler, PlainSerializer
+from pydantic_core import core_schema
+
+from mapping.geometry import Pose2, wrap_angle
+
+LARGEST_COORDINATE = 1.0e5  # [m]; a pose farther out than 100 km is a fault, not a place
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayField:
+    """What an array in a message must look like.
+
+    Attributes:
+        dtype: numpy name of the element type, little-endian on the wire.
+        shape: one entry per dimension; None leaves it free.
+        max_elements: the most elements it may hold.
+        finite: whether NaN and infinities are refused.
+    """
+
+    dtype: str
+    shape: tuple[int | None, ...]
+    max_elements: int
+    finite: bool = True
+
+    def check(self, value: object) -> npt.NDArray[Any]:
+        """Return `value` as a read-only contiguous array of the declared kind.
+
+        Raises:
+            ValueError: it is not such an array.
+        """
+        if not isinstance(value, np.ndarray):
+            raise ValueError("not an array")
+        if value.dtype != np.dtype(self.dtype):
+            raise ValueError(f"dtype {value.dtype}, want {self.dtype}")
+        if value.ndim != len(self.shape):
+            raise ValueError(f"{value.ndim} dimensions, want {len(self.shape)}")
+        if any(
+            want is not None and have != want
+            for have, want in zip(value.shape, self.shape, strict=True)
+        ):
+            raise ValueError(f"shape {value.shape}, want {self.shape}")
+        if value.size > self.max_elements:
+            raise ValueError(f"{value.size} elements, at most {self.max_elements}")
+        if self.finite and value.dtype.kind == "f" and not np.isfinite(value).all():
+            raise ValueError("not all finite")
+        array = np.ascontiguousarray(value)
+        if array.flags.writeable:
+            array = array.view()
+            array.flags.writeable = False
+        return array
+
+    def __get_pydantic_core_schema__(
+        self, source: object, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """Let pydantic call `check` wherever this annotation stands."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+
+Ranges = Annotated[npt.NDArray[np.float32], ArrayField("float32", (None,), 4096)]
+Bytes = Annotated[npt.NDArray[np.uint8], ArrayField("uint8", (None,), 8_000_000)]
+Track = Annotated[npt.NDArray[np.float64], ArrayField("float64", (None, 4), 4 * 4096)]
+Covariance = Annotated[npt.NDArray[np.float64], ArrayField("float64", (3, 3), 9)]
+Points = Annotated[npt.NDArray[np.float32], ArrayField("float32", (None, 2), 2 * 4096)]
+Numbers = Annotated[npt.NDArray[np.float32], ArrayField("float32", (None,), 4096)]
+Rectangles = Annotated[npt.NDArray[np.float32], ArrayField("float32", (None, 4), 4 * 4096)]
+
+
+def _pose(value: object) -> Pose2:
+    """Read a pose from the wire's [x, y, theta] or take one as it is."""
+    if isinstance(value, Pose2):
+        x, y, theta = value.x, value.y, value.theta
+    elif isinstance(value, list | tuple) and len(value) == 3:
+        if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value):
+            raise ValueError("a pose is three numbers: x, y, theta")
+        x, y, theta = (float(v) for v in value)
+    else:
+        raise ValueError("a pose is three numbers: x, y, theta")
+    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(theta)):
+        raise ValueError("a pose must be finite")
+    if max(abs(x), abs(y)) > LARGEST_COORDINATE or abs(theta) > 1.0e3:
+        raise ValueError("a pose beyond all reach")
+    return value if isinstance(value, Pose2) else Pose2(x, y, wrap_angle(theta))
+
+
+PoseField = Annotated[
+    Pose2,
+    BeforeValidator(_pose),
+    PlainSerializer(lambda pose: [pose.x, pose.y, pose.theta], return_type=list[float]),
+]
+
+
+def _name(value: str) -> str:
+    """Check a process's name."""
+    if not value or len(value) > 32 or not all(c.isalnum() or c in "-_." for c in value):
+        raise ValueError("a name is 1 to 32 letters, digits, '-', '_' or '.'")
+    return value
+
+
+Name = Annotated[str, AfterValidator(_name)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=0, le=2**53)]
+Text = Annotated[str, Field(max_length=2000)]

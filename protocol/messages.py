@@ -1,0 +1,352 @@
+"""The fleet protocol: what robots, server, operators and observers say to each other.
+
+Frozen pydantic models in one union keyed by `type`. Fields carry their unit in the name. Arrays are
+fields of the message itself, never nested, and travel as raw buffers. Receivers ignore fields they
+do not know; a type they do not know is counted and dropped.
+
+Poses on the wire are [x, y, theta] in metres and radians; times are mission seconds.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from protocol.body import Body
+from protocol.fields import (
+    Bytes,
+    Count,
+    Covariance,
+    Finite,
+    Name,
+    NotNegative,
+    Numbers,
+    Points,
+    PoseField,
+    Positive,
+    Ranges,
+    Rectangles,
+    Text,
+    Track,
+)
+
+PROTOCOL_VERSION = (1, 0)
+
+SERVER = "server"
+EVERYONE = "*"
+
+
+class Message(BaseModel):
+    """Base of all messages."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", arbitrary_types_allowed=True)
+
+    type: str
+
+
+# --- joining -----------------------------------------------------------------------------------
+
+
+class Hello(Message):
+    """First word of a peer: who it is. A robot also tells its body and its supposed start.
+
+    `incarnation` changes when a process starts anew, so that the server notices a restart.
+    `start` is where the robot was told it starts, in the team's map frame, good to `start_sigma_*`.
+    """
+
+    type: Literal["hello"] = "hello"
+    role: Literal["robot", "operator", "observer"]
+    incarnation: Count = 0
+    body: Body | None = None
+    start: PoseField | None = None
+    start_sigma_m: NotNegative = 0.0
+    start_sigma_deg: NotNegative = 0.0
+
+
+class Welcome(Message):
+    """The server takes the peer in. `now_s` is mission time at the server."""
+
+    type: Literal["welcome"] = "welcome"
+    now_s: NotNegative
+    strategy: Text = ""
+
+
+class Refused(Message):
+    """The server does not take the peer in, and why."""
+
+    type: Literal["refused"] = "refused"
+    reason: Text
+
+
+class Heartbeat(Message):
+    """Sign of life of a robot with what it knows of itself.
+
+    `T_odom_base` is its estimate in its own local map's frame; `path_map` (n, 2) [m] is what it is
+    about to drive, in the team's map frame, nearest first.
+    """
+
+    type: Literal["heartbeat"] = "heartbeat"
+    T_odom_base: PoseField
+    speed_m_s: Finite = 0.0
+    moving: bool = False
+    path_map: Points
+    reports: Count = 0
+    map_number: Count = 0
+
+
+class TeamPoses(Message):
+    """Where the members of the team are, from the server to every robot.
+
+    Row i of `poses_map` (n, 4) is stamp [s], x [m], y [m], theta [rad] of `robots[i]` in the map
+    frame; `radii_m` (n,) its body, `uncertainty_m` (n,) one sigma of its place in the team's map.
+    `paths_map` (m, 2) holds all announced paths one behind the other, `path_lengths` how many
+    points belong to each robot; `busy` says which of them drive for a task.
+    """
+
+    type: Literal["team_poses"] = "team_poses"
+    robots: Annotated[tuple[Name, ...], Field(max_length=256)]
+    poses_map: Track
+    radii_m: Numbers
+    uncertainty_m: Numbers
+    paths_map: Points
+    path_lengths: Annotated[tuple[Count, ...], Field(max_length=256)]
+    busy: Annotated[tuple[bool, ...], Field(max_length=256)]
+
+
+# --- mapping -----------------------------------------------------------------------------------
+
+
+class ScanReport(Message):
+    """Every Nth scan of a robot with its locally corrected pose.
+
+    `number` counts a robot's reports from 1 without gaps. `track_odom` (n, 4) holds stamp, x, y,
+    theta of all poses since the report before, in the robot's odom frame, this one last.
+    `covariance` is that of `T_odom_base` relative to the report before, in the base frame.
+    """
+
+    type: Literal["scan_report"] = "scan_report"
+    number: Annotated[int, Field(ge=1, le=2**53)]
+    stamp_s: NotNegative
+    ranges: Ranges
+    bearing_start_rad: Finite
+    bearing_step_rad: Finite
+    range_max_m: Positive
+    T_base_laser: PoseField
+    T_odom_base: PoseField
+    covariance: Covariance
+    track_odom: Track
+
+
+class ReportsReceived(Message):
+    """The server holds all of a robot's reports up to `number`; the robot sends on from there."""
+
+    type: Literal["reports_received"] = "reports_received"
+    number: Count
+
+
+class PoseUpdate(Message):
+    """Where a robot's local map lies in the team's map, after its report `number` was placed."""
+
+    type: Literal["pose_update"] = "pose_update"
+    number: Count
+    T_map_odom: PoseField
+    uncertainty_m: NotNegative
+    matched: bool
+
+
+class MapSnapshot(Message):
+    """The whole team map: quantised log-odds, int8, compressed with zstandard, as `cells`."""
+
+    type: Literal["map_snapshot"] = "map_snapshot"
+    number: Count
+    resolution_m: Positive
+    origin_x_m: Finite
+    origin_y_m: Finite
+    rows: Annotated[int, Field(ge=1, le=20000)]
+    cols: Annotated[int, Field(ge=1, le=20000)]
+    cells: Bytes
+
+
+class MapDelta(Message):
+    """What changed from map `number - 1` to `number`: one rectangle of the team's map.
+
+    The rectangle is placed by whole cells of the lattice through (0, 0): its lower left cell is
+    column `lattice_x`, row `lattice_y`; cells as in the snapshot.
+    """
+
+    type: Literal["map_delta"] = "map_delta"
+    number: Annotated[int, Field(ge=1, le=2**53)]
+    resolution_m: Positive
+    lattice_x: Annotated[int, Field(ge=-(10**7), le=10**7)]
+    lattice_y: Annotated[int, Field(ge=-(10**7), le=10**7)]
+    rows: Annotated[int, Field(ge=1, le=20000)]
+    cols: Annotated[int, Field(ge=1, le=20000)]
+    cells: Bytes
+
+
+class MapRequest(Message):
+    """A peer that lost a delta asks for the whole map."""
+
+    type: Literal["map_request"] = "map_request"
+    have: Count = 0
+
+
+# --- coordination ------------------------------------------------------------------------------
+
+
+class Bid(Message):
+    """A robot's estimates for the frontier cells it could visit, on map `map_number`.
+
+    `places_map` (n, 2) [m]; `gains` (n,) expected information [m2]; `costs_m` (n,) path length
+    [m]; `rectangles_map` (n, 4) x_min, y_min, x_max, y_max [m] of the information gain regions.
+    `unreachable_map` (k, 2) are frontier places this body cannot get to.
+    """
+
+    type: Literal["bid"] = "bid"
+    number: Count
+    map_number: Count
+    T_map_base: PoseField
+    places_map: Points
+    gains: Numbers
+    costs_m: Numbers
+    rectangles_map: Rectangles
+    unreachable_map: Points
+
+
+class Award(Message):
+    """The server gives a robot a task: a lease until `lease_s` after the last progress.
+
+    kind: `explore` a frontier, `visit` a place for an operator, `wait` at a place while there is
+    nothing to gain, `drive` by an operator's hand, `pause` where it stands.
+    """
+
+    type: Literal["award"] = "award"
+    task: Count
+    kind: Literal["explore", "visit", "wait", "drive", "pause"]
+    goal_map: Annotated[tuple[Finite, Finite], Field()]
+    lease_s: Positive
+    speed_m_s: Finite = 0.0
+    turn_rate_rad_s: Finite = 0.0
+
+
+class Terminate(Message):
+    """The server takes a task back."""
+
+    type: Literal["terminate"] = "terminate"
+    task: Count
+
+
+class TaskProgress(Message):
+    """A robot is at work on a task; `remaining_m` is what is left of its path."""
+
+    type: Literal["task_progress"] = "task_progress"
+    task: Count
+    remaining_m: NotNegative
+
+
+class TaskEnd(Message):
+    """A robot is through with a task.
+
+    outcome: `done`; `unreachable` (no path for this body); `failed` (stuck, with the reason).
+    """
+
+    type: Literal["task_end"] = "task_end"
+    task: Count
+    outcome: Literal["done", "unreachable", "failed"]
+    reason: Text = ""
+
+
+class MissionEnd(Message):
+    """The mission is over; robots stop and send what they still hold."""
+
+    type: Literal["mission_end"] = "mission_end"
+    ended: Literal["explored", "time_limit", "coverage", "operator", "failed"]
+    reason: Text = ""
+
+
+# --- operators and observers -------------------------------------------------------------------
+
+
+class VisitRequest(Message):
+    """An operator wants a robot at a place of the team's map."""
+
+    type: Literal["visit_request"] = "visit_request"
+    robot: Name
+    x_m: Finite
+    y_m: Finite
+
+
+class PauseRequest(Message):
+    """An operator halts a robot."""
+
+    type: Literal["pause_request"] = "pause_request"
+    robot: Name
+
+
+class ResumeRequest(Message):
+    """An operator gives a robot back to the team, after a pause, a visit or a drive."""
+
+    type: Literal["resume_request"] = "resume_request"
+    robot: Name
+
+
+class DriveRequest(Message):
+    """An operator drives a robot by hand; it halts when no further request comes in time."""
+
+    type: Literal["drive_request"] = "drive_request"
+    robot: Name
+    speed_m_s: Finite
+    turn_rate_rad_s: Finite
+
+
+class StopRequest(Message):
+    """An operator, or the judge, ends the mission."""
+
+    type: Literal["stop_request"] = "stop_request"
+    ended: Literal["operator", "coverage", "time_limit"] = "operator"
+
+
+class Answer(Message):
+    """The server's answer to an operator."""
+
+    type: Literal["answer"] = "answer"
+    accepted: bool
+    text: Text
+
+
+class RobotLost(Message):
+    """To observers: a robot's name and what became of it (`lost`, `back`)."""
+
+    type: Literal["robot_lost"] = "robot_lost"
+    robot: Name
+    state: Literal["lost", "back"]
+
+
+FleetMessage = Annotated[
+    Hello
+    | Welcome
+    | Refused
+    | Heartbeat
+    | TeamPoses
+    | ScanReport
+    | ReportsReceived
+    | PoseUpdate
+    | MapSnapshot
+    | MapDelta
+    | MapRequest
+    | Bid
+    | Award
+    | Terminate
+    | TaskProgress
+    | TaskEnd
+    | MissionEnd
+    | VisitRequest
+    | PauseRequest
+    | ResumeRequest
+    | DriveRequest
+    | StopRequest
+    | Answer
+    | RobotLost,
+    Field(discriminator="type"),
+]
