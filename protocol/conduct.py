@@ -1,0 +1,188 @@
+"""The world's shell: carries bundles between the world and every other process of the team.
+
+In lockstep the next instant begins when all members are done with this one. In real time it begins
+when the wall clock says so, and answers that come late count for the next instant: that one wait
+is the only difference.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+
+import msgpack
+import zmq
+import zmq.asyncio
+
+from protocol.effects import Note
+from protocol.errors import FrameError
+from protocol.lockstep import Bundle, Conductor
+from protocol.transports.bundles import (
+    DONE,
+    JOIN,
+    OVER,
+    PING,
+    REFUSE,
+    WELCOME,
+    pack_bundle,
+    unpack_parcels,
+)
+
+PING_PERIOD = 0.5  # [s], wall; how soon a dead process is noticed in lockstep
+LINGER_MS = 500
+
+
+def bind_router(context: zmq.asyncio.Context, endpoint: str) -> zmq.asyncio.Socket:
+    """Return a ROUTER socket bound to `endpoint` that notices vanished peers.
+
+    Raises:
+        OSError: the port is in use or the address is not ours, with the mend.
+    """
+    socket = context.socket(zmq.ROUTER)
+    socket.setsockopt(zmq.ROUTER_MANDATORY, 1)
+    socket.setsockopt(zmq.ROUTER_HANDOVER, 1)
+    socket.setsockopt(zmq.LINGER, LINGER_MS)
+    socket.setsockopt(zmq.HEARTBEAT_IVL, 1000)
+    socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, 10000)
+    socket.setsockopt(zmq.MAXMSGSIZE, 16_000_000)
+    try:
+        socket.bind(endpoint)
+    except zmq.ZMQError as error:
+        socket.close()
+        raise OSError(
+            f"cannot listen on {endpoint}: {error.strerror}; choose another port or end the "
+            "process that uses it"
+        ) from None
+    return socket
+
+
+class Stage:
+    """The bound socket of a simulated team and who is on it.
+
+    Args:
+        conductor: the world and its members.
+        socket: a bound ROUTER.
+        expected: names that must be there before the mission begins.
+        on_note: is told each line that the world logs.
+    """
+
+    def __init__(
+        self,
+        conductor: Conductor,
+        socket: zmq.asyncio.Socket,
+        expected: Iterable[str],
+        on_note: Callable[[Note], None],
+    ) -> None:
+        self._conductor = conductor
+        self._socket = socket
+        self._expected = frozenset(expected)
+        self._on_note = on_note
+        self._routes: dict[str, bytes] = {}
+
+    async def run(self, realtime: bool, keep_going: Callable[[], bool]) -> str:
+        """Wait for the team, run the mission, tell everybody that it is over; return why."""
+        await self._gather(keep_going)
+        wait = self._until_time if realtime else self._until_done
+        began = time.monotonic() - self._conductor.now
+        while self._conductor.stopped is None and keep_going():
+            for bundle in self._conductor.begin():
+                await self._send(bundle)
+            await wait(began + self._conductor.now + self._conductor.step, keep_going)
+            self._report()
+        self._report()
+        for name in list(self._routes):
+            await self._send_to(name, [OVER])
+        return self._conductor.stopped or "broken off"
+
+    async def _gather(self, keep_going: Callable[[], bool]) -> None:
+        """Wait until every expected process has joined."""
+        asked = time.monotonic()
+        while keep_going() and (missing := self._expected - set(self._routes)):
+            await self._take(0.2)
+            if time.monotonic() - asked > 10.0:
+                asked = time.monotonic()
+                self._on_note(Note("info", f"waiting for {', '.join(sorted(missing))} to join"))
+
+    async def _until_done(self, _: float, keep_going: Callable[[], bool]) -> None:
+        """Lockstep: wait for the answers of all members that have this instant."""
+        while self._conductor.awaited and keep_going():
+            if not await self._take(PING_PERIOD):
+                for name in sorted(self._conductor.awaited):
+                    await self._send_to(name, [PING])
+
+    async def _until_time(self, due: float, keep_going: Callable[[], bool]) -> None:
+        """Real time: take answers as they come until the next instant is due."""
+        while (left := due - time.monotonic()) > 0.0 and keep_going():
+            await self._take(left)
+
+    async def _take(self, timeout: float) -> bool:
+        """Take one message, if one comes within `timeout` [s]; return whether one came."""
+        if not await self._socket.poll(max(int(timeout * 1000), 1)):
+            return False
+        message = await self._socket.recv_multipart()
+        identity, kind = message[0], message[1] if len(message) > 1 else b""
+        name = identity.split(b"#")[0].decode("utf-8", "replace")
+        if kind == JOIN:
+            await self._join(name, identity)
+        elif kind == DONE and self._routes.get(name) == identity:
+            self._done(name, message[1:])
+        return True
+
+    async def _join(self, name: str, identity: bytes) -> None:
+        """Take a process in, or refuse a name that is unknown or taken."""
+        if name not in self._expected:
+            await self._refuse(
+                identity, f"no robot named {name!r} here: use {', '.join(sorted(self._expected))}"
+            )
+            return
+        if name in self._routes:
+            await self._send_to(name, [PING])  # notices when the holder of the name is gone
+        if name in self._routes:
+            await self._refuse(identity, f"the name {name!r} is taken by a live process")
+            return
+        self._routes[name] = identity
+        incarnation = self._conductor.join(name)
+        await self._send_to(name, [WELCOME, msgpack.packb(incarnation)])
+
+    async def _refuse(self, identity: bytes, reason: str) -> None:
+        """Tell a process why it is not taken in."""
+        self._on_note(Note("warning", f"refused to join: {reason}"))
+        await self._socket.send_multipart([identity, REFUSE, msgpack.packb(reason)])
+
+    def _done(self, name: str, message: list[bytes]) -> None:
+        """Take a member's answer; one that cannot be read ends its part in the mission."""
+        try:
+            meta, parcels = unpack_parcels(message)
+            deadline = None if meta[0] is None else float(meta[0])
+        except (FrameError, IndexError, TypeError, ValueError) as error:
+            self._on_note(Note("error", f"{name} sent a broken answer and is dropped: {error}"))
+            self._leave(name)
+            return
+        self._conductor.done(name, parcels, deadline)
+        if len(meta) > 1 and meta[1] is not None:
+            self._leave(name)
+
+    async def _send(self, bundle: Bundle) -> None:
+        """Send a member its bundle."""
+        await self._send_to(bundle.member, pack_bundle(bundle))
+
+    async def _send_to(self, name: str, message: list[bytes]) -> None:
+        """Send a member something; notice when it is gone."""
+        try:
+            await self._socket.send_multipart([self._routes[name], *message])
+        except zmq.ZMQError:
+            self._on_note(
+                Note("warning", f"{name} is gone: its process ended or cannot be reached")
+            )
+            self._leave(name)
+
+    def _leave(self, name: str) -> None:
+        """Forget a member."""
+        self._routes.pop(name, None)
+        self._conductor.left(name)
+
+    def _report(self) -> None:
+        """Hand on what the world logged."""
+        for note in self._conductor.notes:
+            self._on_note(note)
+        self._conductor.notes.clear()

@@ -1,0 +1,150 @@
+"""A core and its post: decodes what arrives, encodes what leaves, and keeps count.
+
+The same host carries a core in every shell, so that a run over sockets and a run in one process go
+through the very same bytes.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+from protocol.codec import Frame, Header, decode, decode_header, encode
+from protocol.effects import (
+    Core,
+    Effect,
+    Event,
+    Note,
+    Passing,
+    PassOn,
+    PeerLeft,
+    Received,
+    Rejected,
+    Send,
+    Stop,
+    Strike,
+)
+from protocol.errors import ProtocolError, UnknownTypeError
+
+
+@dataclass(frozen=True, slots=True)
+class Parcel:
+    """A frame on its way: the channel it leaves by or arrives on, and the peer at the other end."""
+
+    channel: str
+    peer: str
+    frame: Frame
+
+
+@dataclass(slots=True)
+class Outbox:
+    """What a core wants done, in order."""
+
+    parcels: list[Parcel] = field(default_factory=list)
+    notes: list[Note] = field(default_factory=list)
+    strikes: list[Strike] = field(default_factory=list)
+    stop: str | None = None
+
+
+class Host:
+    """Carries one core: events in, encoded frames out.
+
+    Args:
+        name: the process's name, the `source` of all it sends.
+        build: makes the core; called again when the process restarts.
+        raw_channels: channels whose frames are passed on rather than understood.
+        own_name_only: channels on which a frame must carry the name of the peer that sent it
+            (everywhere but on the relay's uplink, which forwards for others).
+    """
+
+    def __init__(
+        self,
+        name: str,
+        build: Callable[[int], Core],
+        raw_channels: frozenset[str] = frozenset(),
+        own_name_only: frozenset[str] = frozenset(),
+    ) -> None:
+        self.name = name
+        self._build = build
+        self._raw_channels = raw_channels
+        self._own_name_only = own_name_only
+        self._sequences: Counter[tuple[str, str]] = Counter()
+        self.core = build(0)
+        self.rejected: Counter[tuple[str, str]] = Counter()
+
+    def restart(self, incarnation: int) -> None:
+        """Throw the core away with all it knew and make a new one, for its next life."""
+        self._sequences.clear()
+        self.core = self._build(incarnation)
+
+    @property
+    def next_deadline(self) -> float | None:
+        """Mission time [s] at which the core wants to be woken, or None."""
+        return self.core.next_deadline()
+
+    def advance(self, parcels: Iterable[Parcel], now: float) -> Outbox:
+        """Hand the core what arrived and, if it is due, a tick; return what it wants done.
+
+        Args:
+            parcels: arrivals, in order; `peer` is who the transport says sent it.
+            now: mission time [s].
+        """
+        outbox = Outbox()
+        for parcel in parcels:
+            self._carry_out(self.core.handle(self._event(parcel), now), now, outbox)
+        deadline = self.core.next_deadline()
+        if deadline is not None and deadline <= now:
+            self._carry_out(self.core.tick(now), now, outbox)
+        return outbox
+
+    def peer_left(self, channel: str, peer: str, now: float) -> Outbox:
+        """Tell the core that a peer's connection is gone."""
+        outbox = Outbox()
+        self._carry_out(self.core.handle(PeerLeft(channel, peer), now), now, outbox)
+        return outbox
+
+    def _event(self, parcel: Parcel) -> Event:
+        """Turn bytes into an event; what is not valid becomes `Rejected`."""
+        try:
+            if parcel.channel in self._raw_channels:
+                header = decode_header(parcel.frame)
+                self._check_source(parcel, header)
+                return Passing(parcel.channel, header, parcel.frame)
+            header, message = decode(parcel.frame)
+            self._check_source(parcel, header)
+            return Received(parcel.channel, header, message)
+        except UnknownTypeError as error:
+            self.rejected[parcel.peer, "unknown type"] += 1
+            return Rejected(parcel.channel, parcel.peer, str(error))
+        except ProtocolError as error:
+            self.rejected[parcel.peer, type(error).__name__] += 1
+            return Rejected(parcel.channel, parcel.peer, str(error))
+
+    def _check_source(self, parcel: Parcel, header: Header) -> None:
+        """Refuse a frame under somebody else's name."""
+        if parcel.channel in self._own_name_only and header.source != parcel.peer:
+            raise ProtocolError(f"{parcel.peer} sent a frame in the name of {header.source}")
+
+    def _carry_out(self, effects: Iterable[Effect], now: float, outbox: Outbox) -> None:
+        """Sort effects into the outbox, encoding messages."""
+        for effect in effects:
+            if isinstance(effect, Send):
+                self._sequences[effect.channel, effect.to] += 1
+                header = Header(
+                    effect.message.type,
+                    self.name,
+                    effect.to,
+                    self._sequences[effect.channel, effect.to],
+                    now,
+                )
+                frame = encode(header, effect.message)
+                outbox.parcels.append(Parcel(effect.channel, effect.to, frame))
+            elif isinstance(effect, PassOn):
+                outbox.parcels.append(Parcel(effect.channel, effect.to, effect.frame))
+            elif isinstance(effect, Note):
+                outbox.notes.append(effect)
+            elif isinstance(effect, Strike):
+                outbox.strikes.append(effect)
+            elif isinstance(effect, Stop):
+                outbox.stop = effect.reason

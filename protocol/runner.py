@@ -1,0 +1,130 @@
+"""The shell of a member: one asyncio loop that carries any core over ZeroMQ.
+
+The member connects out to the world, takes bundles, lets its core live through each instant, and
+answers. A server also has a socket of its own, where operators and observers connect directly.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+
+import msgpack
+import zmq
+import zmq.asyncio
+
+from protocol.effects import Note
+from protocol.host import Host, Outbox, Parcel
+from protocol.lockstep import Bundle
+from protocol.transports.bundles import (
+    DONE,
+    INSTANT,
+    JOIN,
+    OVER,
+    REFUSE,
+    WELCOME,
+    pack_parcels,
+    unpack_bundle,
+)
+from protocol.transports.direct import DirectPeers
+
+JOIN_PERIOD_MS = 1000
+WORLD_SILENCE_MS = 60_000  # the world pings while it waits: a minute of nothing means it is gone
+
+
+class RefusedError(Exception):
+    """The world does not take this process in; the text says why."""
+
+
+class Runner:
+    """Carries one core as a member of a simulated team.
+
+    Args:
+        host: the core's host.
+        world: the world's endpoint, `tcp://host:port`.
+        on_note: is told each line that the core logs.
+        direct: the server's own socket for peers that connect directly; None for robots.
+        keep_going: asked at every instant; when false the process leaves the team.
+    """
+
+    def __init__(
+        self,
+        host: Host,
+        world: str,
+        on_note: Callable[[Note], None],
+        direct: DirectPeers | None = None,
+        keep_going: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self._host = host
+        self._endpoint = world
+        self._on_note = on_note
+        self._direct = direct
+        self._keep_going = keep_going
+
+    async def run(self, context: zmq.asyncio.Context) -> str:
+        """Take part until the mission is over; return why it ended for this process.
+
+        Raises:
+            RefusedError: the world does not take this process in.
+            TimeoutError: the world fell silent.
+        """
+        socket = context.socket(zmq.DEALER)
+        socket.setsockopt(zmq.IDENTITY, f"{self._host.name}#{os.getpid():x}".encode())
+        socket.setsockopt(zmq.LINGER, 500)
+        socket.setsockopt(zmq.HEARTBEAT_IVL, 1000)
+        socket.connect(self._endpoint)
+        try:
+            return await self._take_part(socket)
+        finally:
+            socket.close()
+
+    async def _take_part(self, socket: zmq.asyncio.Socket) -> str:
+        """Join, then live through instants until it is over."""
+        joined, quiet = False, 0
+        await socket.send_multipart([JOIN])
+        while self._keep_going():
+            if not await socket.poll(JOIN_PERIOD_MS):
+                quiet += JOIN_PERIOD_MS
+                if not joined:
+                    await socket.send_multipart([JOIN])
+                elif quiet >= WORLD_SILENCE_MS:
+                    raise TimeoutError(f"the world at {self._endpoint} fell silent")
+                continue
+            quiet = 0
+            message = await socket.recv_multipart()
+            if message[0] == WELCOME and not joined:
+                joined = True
+                self._host.restart(int(msgpack.unpackb(message[1])))
+            elif message[0] == REFUSE and not joined:
+                raise RefusedError(str(msgpack.unpackb(message[1])))
+            elif message[0] == OVER:
+                return "over"
+            elif message[0] == INSTANT:
+                reason = await self._live(socket, unpack_bundle(self._host.name, message))
+                if reason is not None:
+                    return reason
+        return "broken off"
+
+    async def _live(self, socket: zmq.asyncio.Socket, bundle: Bundle) -> str | None:
+        """Live through one instant and answer; return why the core stopped, or None."""
+        if bundle.strike == "kill":
+            return None
+        if bundle.strike == "restart":
+            self._host.restart(bundle.incarnation)
+        parcels = bundle.parcels
+        if self._direct is not None:
+            parcels = parcels + await self._direct.arrivals()
+        outbox = self._host.advance(parcels, bundle.now)
+        await self._answer(socket, outbox)
+        return outbox.stop
+
+    async def _answer(self, socket: zmq.asyncio.Socket, outbox: Outbox) -> None:
+        """Send what the core wants sent: to direct peers directly, the rest with the answer."""
+        through_world: list[Parcel] = []
+        for parcel in outbox.parcels:
+            if self._direct is None or not await self._direct.send(parcel):
+                through_world.append(parcel)
+        meta = [self._host.next_deadline, outbox.stop]
+        await socket.send_multipart(pack_parcels(DONE, meta, through_world))
+        for note in outbox.notes:
+            self._on_note(note)

@@ -1,0 +1,50 @@
+"""Settings of the simulated world: how time passes, how starts are told, links and faults."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from protocol.fields import Name, NotNegative, Positive
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class RadioSettings(_Settings):
+    """The link between robots and server. `perfect` delivers everything at the next instant."""
+
+    model: Literal["perfect"] = "perfect"
+
+
+class ScriptedFault(_Settings):
+    """Something that goes wrong at a mission time, so that a faulty run repeats exactly.
+
+    kind: `kill` ends the robot's process; `restart` starts it anew with nothing remembered;
+    `freeze` halts it for `duration_s`; `cut_link` silences its radio for `duration_s`.
+    """
+
+    at_s: NotNegative
+    robot: Name
+    kind: Literal["kill", "freeze", "restart", "cut_link"]
+    duration_s: NotNegative = 0.0
+
+
+class WorldSettings(_Settings):
+    """The simulated world of a mission.
+
+    `step_s` is the length of an instant. Robots are told their starts with a uniform error of up to
+    `start_error_m` and `start_error_deg` when `perturb_starts` is on.
+    """
+
+    step_s: Positive = 0.1
+    perturb_starts: bool = True
+    start_error_m: NotNegative = 1.0
+    start_error_deg: NotNegative = 20.0
+    command_timeout_s: Positive = 0.5
+    judge_period_s: Positive = 1.0
+    stop_at_coverage: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
+    radio: RadioSettings = RadioSettings()
+    faults: tuple[ScriptedFault, ...] = ()
