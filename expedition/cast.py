@@ -1,0 +1,155 @@
+"""Who plays in a mission: builds the cores of world, server and robots from a team's settings."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from coordination.strategy import StrategyError, load_strategy
+from expedition.team import TeamSettings, UsageError, pose_of_start
+from mapping.geometry import Pose2, wrap_angle
+from protocol.host import Host
+from robot_agent.agent import Agent
+from server.master import Master
+from server.task_executive import TaskExecutive
+from sim_world.errors import WorldError
+from sim_world.judge import Judge
+from sim_world.starts import check_starts
+from sim_world.truth import CoverageJudge
+from sim_world.world import RobotSpec, World
+from sim_world.world_file import World as WorldFile
+from sim_world.world_file import load_world, start_poses
+
+SERVER_NAME, WORLD_NAME = "server", "world"
+_ALONE = frozenset({"body", "clock", "radio"})  # channels on which a name is the sender's own
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """The world file of a mission and the robots in it, checked."""
+
+    world: WorldFile
+    specs: tuple[RobotSpec, ...]
+
+
+def generator(seed: int, name: str) -> np.random.Generator:
+    """Return the random generator of one process, from the run's seed and the process's name."""
+    return np.random.default_rng([seed, zlib.crc32(name.encode())])
+
+
+def set_stage(team: TeamSettings) -> Stage:
+    """Load the world and place the robots.
+
+    Raises:
+        UsageError: the world or a start cannot be used; says how to mend it.
+    """
+    members = team.members()
+    radius = max(member.body.radius_m for member in members)
+    try:
+        world = load_world(team.mission.world, team.mission.seed)
+        given = [pose_of_start(start) for start in team.mission.starts[: len(members)]]
+        check_starts(world.scene, given, radius)
+        # Robots beyond those that were given a start stand around the first one.
+        placed = WorldFile(world.name, world.scene, tuple(given) or world.starts, world.description)
+        poses = start_poses(placed, len(members), radius)
+        check_starts(world.scene, poses, radius)
+    except WorldError as error:
+        raise UsageError(str(error)) from None
+    told = _told_starts(team, poses)
+    specs = tuple(
+        RobotSpec(member.name, member.body, pose, start)
+        for member, pose, start in zip(members, poses, told, strict=True)
+    )
+    return Stage(world, specs)
+
+
+def _told_starts(team: TeamSettings, poses: list[Pose2]) -> list[Pose2]:
+    """Return the starts that robots are told, off by up to the set errors."""
+    if not team.world.perturb_starts:
+        return poses
+    rng = generator(team.mission.seed, "starts")
+    told = []
+    for pose in poses:
+        distance = team.world.start_error_m * math.sqrt(rng.uniform())
+        direction = rng.uniform(-math.pi, math.pi)
+        turn = math.radians(team.world.start_error_deg) * rng.uniform(-1.0, 1.0)
+        told.append(
+            Pose2(
+                pose.x + distance * math.cos(direction),
+                pose.y + distance * math.sin(direction),
+                wrap_angle(pose.theta + turn),
+            )
+        )
+    return told
+
+
+def check_strategy(team: TeamSettings) -> None:
+    """Refuse an unknown strategy or settings that it does not take.
+
+    Raises:
+        UsageError: says which strategies there are.
+    """
+    try:
+        load_strategy(team.mission.strategy, team.strategy)
+    except StrategyError as error:
+        raise UsageError(str(error)) from None
+
+
+def judge_of(team: TeamSettings, stage: Stage) -> Judge:
+    """Return the judge that measures the team's map against this world."""
+    solid, geometry = stage.world.scene.free_truth()
+    starts = [(spec.T_world_start.x, spec.T_world_start.y) for spec in stage.specs]
+    radius = max(spec.body.radius_m for spec in stage.specs)
+    coverage = CoverageJudge.for_starts(solid, geometry, starts, radius)
+    return Judge(coverage, team.server.map.p_obstacle, team.server.map.p_clear)
+
+
+def world_host(team: TeamSettings, stage: Stage, lockstep: bool = True) -> Host:
+    """Return the host of the world's core."""
+    judge = judge_of(team, stage)
+
+    def build(_: int) -> World:
+        return World(
+            stage.world.scene,
+            stage.specs,
+            team.world,
+            judge,
+            generator(team.mission.seed, WORLD_NAME),
+            lockstep,
+            team.mission.max_time_s,
+        )
+
+    return Host(WORLD_NAME, build, frozenset({"radio", "uplink"}), frozenset({"body", "radio"}))
+
+
+def server_host(team: TeamSettings) -> Host:
+    """Return the host of the server's core.
+
+    Raises:
+        UsageError: the strategy is unknown or does not take its settings.
+    """
+    check_strategy(team)
+    members = team.members()
+    weights = {member.name: member.cost_weight for member in members}
+    settings = team.server.model_copy(update={"cost_weights": weights})
+
+    def build(_: int) -> Master:
+        strategy = load_strategy(team.mission.strategy, team.strategy)
+        executive = TaskExecutive(settings.executive, strategy)
+        names = [member.name for member in members]
+        return Master(settings, executive, names, team.mission.max_time_s)
+
+    return Host(SERVER_NAME, build)
+
+
+def agent_host(team: TeamSettings, name: str) -> Host:
+    """Return the host of one robot's core."""
+    return Host(
+        name,
+        lambda incarnation: Agent(name, team.robot, incarnation),
+        frozenset(),
+        _ALONE - {"radio"},
+    )

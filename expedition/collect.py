@@ -1,0 +1,135 @@
+"""What each process knows at the end (or at a checkpoint) of a mission, as parts of its record."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from expedition.cast import Stage
+from expedition.results.record import PoseGraphRecord, ScanChain, TruthRecord
+from expedition.team import TeamSettings
+from mapping.grid import CLEAR, OccupancyGrid, classify
+from mapping.scan_integration import IntegrationSettings, integrate_scan
+from server.master import Master
+from sim_world.relay import Tally
+from sim_world.world import World
+
+
+def server_part(master: Master, now: float) -> dict[str, Any]:
+    """Return what the server knows: map, trajectories, tasks, what is left."""
+    merger = master.merger
+    single, union = _clear_cells(master)
+    robots = {
+        name: {
+            "ended": master.states[name],
+            "track_map": merger.track(name) if name in merger.members else np.empty((0, 4)),
+        }
+        for name in master.robots
+    }
+    return {
+        "ended": master.ended or "failed",
+        "reason": master.reason,
+        "sim_time_s": master.ended_at if master.ended else now,
+        "grid": OccupancyGrid(merger.geometry, merger.log_odds) if merger.nodes else None,
+        "p_obstacle": master.settings.map.p_obstacle,
+        "p_clear": master.settings.map.p_clear,
+        "robots": robots,
+        "single_clear": single,
+        "union_clear": union,
+        "tasks": master.executive.events,
+        "remaining": master.executive.remaining(),
+        "pose_graph": PoseGraphRecord(_chains(master)),
+        "events": [
+            {"t_s": now, "event": "frames dropped", "peer": peer, "reason": reason, "count": count}
+            for (peer, reason), count in sorted(master.rejected.items())
+        ],
+    }
+
+
+def _chains(master: Master) -> dict[str, ScanChain]:
+    """Return the placed scans of each robot as chains of the pose graph."""
+    chains = {}
+    for name in master.robots:
+        nodes = [node for node in master.merger.nodes if node.robot == name]
+        if nodes:
+            chains[name] = ScanChain(
+                np.array([node.T_map_base.as_array() for node in nodes]),
+                np.array([node.covariance for node in nodes]),
+                np.array([node.T_odom_base.as_array() for node in nodes]),
+            )
+    return chains
+
+
+def _clear_cells(master: Master) -> tuple[dict[str, int], int]:
+    """Return how many cells each robot's scans alone show as clear, and all scans together."""
+    geometry = master.merger.geometry
+    single = {}
+    union = np.zeros(geometry.shape, dtype=np.bool_)
+    thresholds = master.settings.map.p_obstacle, master.settings.map.p_clear
+    for name in master.robots:
+        grid = OccupancyGrid.unknown(geometry)
+        for node in master.merger.nodes:
+            if node.robot == name:
+                integrate_scan(grid, node.scan, node.T_map_base, IntegrationSettings())
+        clear = classify(grid.log_odds, *thresholds) == CLEAR
+        single[name] = int(clear.sum())
+        union |= clear
+    return single, int(union.sum())
+
+
+def world_part(world: World, stage: Stage, team: TeamSettings) -> dict[str, Any]:
+    """Return what the world knows: the truth, the bytes on the air, the coverage over time."""
+    solid, geometry = stage.world.scene.free_truth()
+    sent, delivered = world.relay.ledger.sent, world.relay.ledger.delivered
+    robots = {
+        name: {
+            "track_world": np.array(robot.track).reshape(-1, 4),
+            "radius_m": robot.spec.body.radius_m,
+            "path_m": robot.path,
+            "scans": len(robot.track),
+            "bytes_sent": sum(t.bytes for (a, _, _), t in sent.items() if a == name),
+            "bytes_received": sum(t.bytes for (_, b, _), t in delivered.items() if b == name),
+            "events": [{"t_s": 0.0, "event": "bumps", "count": robot.bumps}],
+        }
+        for name, robot in world.robots.items()
+    }
+    starts = {name: r.spec.T_world_start.as_array() for name, r in world.robots.items()}
+    faults: list[dict[str, Any]] = [
+        {"t_s": fault.at_s, "robot": fault.robot, "kind": fault.kind} for fault in team.world.faults
+    ]
+    return {
+        "robots": robots,
+        "truth": TruthRecord(geometry, solid, starts),
+        "coverage_timeline": np.array(world.judge.timeline).reshape(-1, 2),
+        "faults": faults,
+        "bytes": _by(sent, lambda key: key[2]),
+        "bytes_links": _by(sent, lambda key: f"{key[0]}>{key[1]}"),
+    }
+
+
+def _by(ledger: dict[tuple[str, str, str], Tally], label: Any) -> dict[str, dict[str, int]]:
+    """Return counts and bytes of a ledger, summed by a label of its keys."""
+    counts: Counter[str] = Counter()
+    sizes: Counter[str] = Counter()
+    for key, tally in ledger.items():
+        counts[label(key)] += tally.count
+        sizes[label(key)] += tally.bytes
+    return {name: {"count": counts[name], "bytes": sizes[name]} for name in sorted(counts)}
+
+
+def launch_part(team: TeamSettings, stage: Stage, version: str) -> dict[str, Any]:
+    """Return what is known before the mission begins."""
+    return {
+        "team": team.name,
+        "world": stage.world.name,
+        "strategy": team.mission.strategy,
+        "estimator": team.robot.estimator,
+        "seed": team.mission.seed,
+        "version": version,
+        "config": team.model_dump(mode="json"),
+        "robots": {m.name: {"radius_m": m.body.radius_m} for m in team.members()},
+    }
+
+

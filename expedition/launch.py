@@ -1,0 +1,133 @@
+"""Runs a whole team on this machine: as processes over ZeroMQ, or all in one process.
+
+Either way every process of the mission leaves its part in `OUT/parts`, and the results are made
+from the parts alone, so that whatever ends a run, what was known is written.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as package_version
+from pathlib import Path
+from typing import Any
+
+from expedition import cast, collect
+from expedition.children import Children
+from expedition.results.record import load_record, save_record_part
+from expedition.results.write import write_results
+from expedition.team import TeamSettings
+from protocol.effects import Note
+from protocol.in_process import run_in_process
+from server.master import Master
+from sim_world.world import World
+
+OnNote = Callable[[str, Note], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a running mission is: mission time [s], coverage 0 to 1."""
+
+    sim_time_s: float
+    coverage: float
+
+
+@dataclass(frozen=True, slots=True)
+class Watch:
+    """Who is told about a running mission, and whether it is to go on."""
+
+    note: OnNote = lambda name, note: None
+    progress: Callable[[Progress], None] = lambda progress: None
+    keep_going: Callable[[], bool] = lambda: True
+
+
+def version() -> str:
+    """Return the installed version of this project."""
+    try:
+        return package_version("expedition")
+    except PackageNotFoundError:
+        return "0+unknown"
+
+
+def run_team(
+    team: TeamSettings, out: Path, watch: Watch, in_process: bool = False, realtime: bool = False
+) -> dict[str, Any]:
+    """Run a mission and write all its results; return the content of `summary.json`.
+
+    Args:
+        team: the effective settings.
+        out: folder of the results; made if need be.
+        watch: who is told about it.
+        in_process: everything in this process instead of one process each.
+        realtime: by the wall clock instead of as fast as possible.
+
+    Raises:
+        UsageError: the settings cannot be used; nothing was started.
+        OSError: the results cannot be written, or a port is in use.
+    """
+    stage = cast.set_stage(team)
+    cast.check_strategy(team)
+    parts = out / "parts"
+    parts.mkdir(parents=True, exist_ok=True)
+    for old in parts.glob("*.npz"):
+        old.unlink()
+    save_record_part(parts, "0-launch", collect.launch_part(team, stage, version()))
+    began = time.monotonic()
+    if in_process:
+        ended = _run_here(team, stage, parts, watch)
+    else:
+        ended = Children(team, stage, parts, watch.note, watch.progress).run(
+            realtime, watch.keep_going
+        )
+    wall = time.monotonic() - began
+    last: dict[str, Any] = {"wall_time_s": wall}
+    if ended is not None:
+        last |= {"ended": ended, "reason": _REASONS[ended]}
+    save_record_part(parts, "9-launch", last)
+    return write_results(load_record(parts), out)
+
+
+_REASONS = {
+    "operator": "interrupted at the keyboard",
+    "failed": "a process of the team failed",
+}
+
+
+def _run_here(team: TeamSettings, stage: cast.Stage, parts: Path, watch: Watch) -> str | None:
+    """Run the mission in this process; return how it was broken off, or None."""
+    world = cast.world_host(team, stage)
+    server = cast.server_host(team)
+    hosts = {member.name: cast.agent_host(team, member.name) for member in team.members()}
+    hosts[cast.SERVER_NAME] = server
+    told = 0.0
+
+    def keep_going() -> bool:
+        nonlocal told
+        core = world.core
+        assert isinstance(core, World)
+        if time.monotonic() - told > 0.5 and core.judge.timeline:
+            told = time.monotonic()
+            watch.progress(Progress(*core.judge.timeline[-1]))
+        return watch.keep_going()
+
+    try:
+        why = run_in_process(world, hosts, team.world.step_s, watch.note, keep_going)
+    finally:
+        assert isinstance(world.core, World)
+        assert isinstance(server.core, Master)
+        save_world(parts, world.core, stage, team)
+        save_server(parts, server.core, world.core.now)
+    return "operator" if why == "broken off" else None
+
+
+def save_world(parts: Path, world: World, stage: cast.Stage, team: TeamSettings) -> None:
+    """Save the world's part of the record."""
+    save_record_part(parts, "1-world", collect.world_part(world, stage, team))
+
+
+def save_server(parts: Path, master: Master, now: float) -> None:
+    """Save the server's part of the record."""
+    save_record_part(parts, "2-server", collect.server_part(master, now))

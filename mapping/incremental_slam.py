@@ -1,0 +1,170 @@
+"""One robot's local estimator: its own pose and its own map, as it goes.
+
+Source: Simmons et al. 2000, section "Coordinated Mapping".
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mapping.correlative_search import SearchWindow
+from mapping.geometry import IDENTITY, Floats, Pose2, wrap_angle
+from mapping.grid import OccupancyGrid
+from mapping.match_map import MapSettings, MatchMap
+from mapping.motion_model import MotionModel
+from mapping.scan import LaserScan
+from mapping.scan_matching import MatchResult
+
+
+@dataclass(frozen=True, slots=True)
+class SlamSettings:
+    """How the local estimator works.
+
+    Attributes:
+        map: everything that shapes the map.
+        motion: noise of the wheels.
+        keyframe_distance: a scan is inserted after moving this far [m].
+        keyframe_turn: or after turning this much [rad].
+        search_sigma: search a window where the pose's standard deviation exceeds this [m].
+        search_turn_sigma: or that of the heading exceeds this [rad].
+        window_sigmas: size of that window in standard deviations.
+        fit_least: share of known end points that must be explained for a match to count.
+        known_least: fewer known end points say nothing, for or against.
+        wide: window of the search after a bad match.
+        wide_covariance_scale: the prior's covariance is widened by this factor then.
+    """
+
+    map: MapSettings = field(default_factory=MapSettings)
+    motion: MotionModel = field(default_factory=MotionModel)
+    keyframe_distance: float = 0.2
+    keyframe_turn: float = math.radians(10.0)
+    search_sigma: float = 0.08
+    search_turn_sigma: float = math.radians(3.0)
+    window_sigmas: float = 3.0
+    fit_least: float = 0.5
+    known_least: int = 12
+    wide: SearchWindow = field(default_factory=SearchWindow)
+    wide_covariance_scale: float = 9.0
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """What the robot believes after one step.
+
+    Attributes:
+        T_odom_base: its pose in the frame of its own map.
+        covariance: (3, 3) of (x, y, theta), odom frame, relative to the map around it.
+        matched: whether a scan was matched and agrees with the map.
+        inserted: whether the scan was inserted into the map.
+    """
+
+    T_odom_base: Pose2
+    covariance: Floats
+    matched: bool
+    inserted: bool
+
+
+class IncrementalSlam:
+    """Keeps pose and map of one robot up to date, step by step.
+
+    Attributes:
+        settings: how it works.
+        map: grid and walls in the odom frame, the frame of this robot's own map.
+        T_odom_base: the pose now.
+        covariance: (3, 3) of (x, y, theta), odom frame.
+    """
+
+    def __init__(self, settings: SlamSettings | None = None, T_odom_base: Pose2 = IDENTITY) -> None:
+        self.settings = settings or SlamSettings()
+        self.map = MatchMap(self.settings.map)
+        self.T_odom_base = T_odom_base
+        self.covariance: Floats = np.diag([1e-6, 1e-6, 1e-8])
+        self._T_odom_keyframe: Pose2 | None = None
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The robot's own occupancy grid, odom frame."""
+        return self.map.grid
+
+    def step(self, T_before_after: Pose2, scan: LaserScan | None) -> Estimate:
+        """Take in one odometry increment, and the scan taken at its end if there is one.
+
+        Args:
+            T_before_after: pose of the base after the motion in the base before it, as the wheels
+                tell it.
+            scan: may be None.
+        """
+        self.T_odom_base, self.covariance = self.settings.motion.propagate(
+            self.T_odom_base, self.covariance, T_before_after
+        )
+        matched = inserted = False
+        if scan is not None:
+            matched, inserted = self._take(scan)
+        return Estimate(self.T_odom_base, self.covariance, matched, inserted)
+
+    def _take(self, scan: LaserScan) -> tuple[bool, bool]:
+        """Match a scan, correct the pose, insert the scan if due; return (matched, inserted)."""
+        if self._T_odom_keyframe is None:
+            self._insert(scan, cautious=False)
+            return True, True
+        result = self.map.match(scan, self.T_odom_base, self.covariance, self._window())
+        if self._contradicts(result):
+            result = self._search_wide(scan)
+            if self._contradicts(result):
+                return False, False
+        self.T_odom_base, self.covariance = result.T_map_base, result.covariance
+        matched = result.known >= self.settings.known_least
+        if not self._keyframe_due():
+            return matched, False
+        self._insert(scan, cautious=self._uncertain())
+        return matched, True
+
+    def _search_wide(self, scan: LaserScan) -> MatchResult:
+        """Match again in the wide window, with a prior that allows for a mishap."""
+        settings = self.settings
+        covariance = settings.wide_covariance_scale * self.covariance
+        covariance = covariance + np.diag([0.2**2, 0.2**2, math.radians(5.0) ** 2])
+        return self.map.match(scan, self.T_odom_base, covariance, settings.wide)
+
+    def _contradicts(self, result: MatchResult) -> bool:
+        """Whether enough end points fall where the map is known, and too few of them at walls."""
+        settings = self.settings
+        return result.known >= settings.known_least and result.fit < settings.fit_least
+
+    def _sigmas(self) -> tuple[float, float]:
+        """Return the largest standard deviation in position [m] and that of the heading [rad]."""
+        c = self.covariance
+        middle = 0.5 * (c[0, 0] + c[1, 1])
+        spread = math.hypot(0.5 * (c[0, 0] - c[1, 1]), c[0, 1])
+        return math.sqrt(middle + spread), math.sqrt(c[2, 2])
+
+    def _uncertain(self) -> bool:
+        """Whether the pose is too uncertain for a local ascent, or to argue with the map."""
+        sigma, turn_sigma = self._sigmas()
+        settings = self.settings
+        return sigma > settings.search_sigma or turn_sigma > settings.search_turn_sigma
+
+    def _window(self) -> SearchWindow | None:
+        """Return the window to search before the ascent, or None if the guess is good enough."""
+        if not self._uncertain():
+            return None
+        sigma, turn_sigma = self._sigmas()
+        n = self.settings.window_sigmas
+        return SearchWindow(n * sigma, n * turn_sigma, self.settings.wide.turn_step)
+
+    def _keyframe_due(self) -> bool:
+        """Whether the robot has moved enough since the last inserted scan."""
+        last = self._T_odom_keyframe
+        assert last is not None
+        settings = self.settings
+        turned = abs(wrap_angle(self.T_odom_base.theta - last.theta))
+        moved = self.T_odom_base.distance_to(last)
+        return moved >= settings.keyframe_distance or turned >= settings.keyframe_turn
+
+    def _insert(self, scan: LaserScan, cautious: bool) -> None:
+        """Insert the scan at the pose believed now."""
+        self.map.insert(scan, self.T_odom_base, cautious)
+        self._T_odom_keyframe = self.T_odom_base

@@ -1,0 +1,116 @@
+"""A map to match against: occupancy grid and walls, kept in step.
+
+Robots match against their own; the server's merger matches against the team's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from mapping.correlative_search import SearchWindow
+from mapping.geometry import Floats, Pose2
+from mapping.grid import CellBox, GridGeometry, OccupancyGrid, Padding
+from mapping.scan import LaserScan
+from mapping.scan_integration import IntegrationSettings, integrate_scan, scan_extent
+from mapping.scan_points import scan_points, turned_points
+from mapping.scan_matching import MatchResult, MatchSettings, match, posterior_density
+from mapping.surface_map import SurfaceMap, SurfaceSettings
+
+
+@dataclass(frozen=True, slots=True)
+class MapSettings:
+    """Everything that shapes a map.
+
+    Attributes:
+        resolution: edge of a cell [m].
+        integration: how strongly one scan speaks.
+        surface: how walls are made of end points.
+        matching: how scans are matched.
+    """
+
+    resolution: float = 0.05
+    integration: IntegrationSettings = field(default_factory=IntegrationSettings)
+    surface: SurfaceSettings = field(default_factory=SurfaceSettings)
+    matching: MatchSettings = field(default_factory=MatchSettings)
+
+
+class MatchMap:
+    """Occupancy grid and walls of one map frame.
+
+    Attributes:
+        settings: everything that shapes the map.
+        grid: the occupancy grid; grows as scans come in.
+        surfaces: its walls.
+        scans: number of scans inserted.
+    """
+
+    __slots__ = ("grid", "scans", "settings", "surfaces")
+
+    def __init__(self, settings: MapSettings | None = None) -> None:
+        self.settings = settings or MapSettings()
+        geometry = GridGeometry(self.settings.resolution, 0.0, 0.0, 1, 1)
+        self.grid = OccupancyGrid.unknown(geometry)
+        self.surfaces = SurfaceMap(geometry.shape, self.settings.surface)
+        self.scans = 0
+
+    def grow(self, x_min: float, y_min: float, x_max: float, y_max: float) -> Padding:
+        """Grow to cover a rectangle [m], map frame; return by how much."""
+        padding = self.grid.grow(x_min, y_min, x_max, y_max)
+        self.surfaces.grow(padding)
+        return padding
+
+    def insert(self, scan: LaserScan, T_map_base: Pose2, cautious: bool = False) -> CellBox:
+        """Fuse a scan into grid and walls, growing them; return the cells that may have changed.
+
+        Args:
+            scan: the scan.
+            T_map_base: pose of the robot at `scan.stamp`.
+            cautious: do not erase walls; for poses too uncertain to argue with the map.
+        """
+        self.grow(*scan_extent(scan, T_map_base))
+        keep_above = self.settings.surface.occupied_above if cautious else np.inf
+        box = integrate_scan(
+            self.grid, scan, T_map_base, self.settings.integration, keep_above=keep_above
+        )
+        self.surfaces.update(self.grid, turned_points(scan_points(scan), T_map_base), box)
+        self.scans += 1
+        return box
+
+    def match(
+        self,
+        scan: LaserScan,
+        T_map_base_guess: Pose2,
+        prior_covariance: Floats,
+        window: SearchWindow | None = None,
+    ) -> MatchResult:
+        """Return the most likely pose of a scan; see `scan_matching.match`."""
+        return match(
+            self.grid,
+            self.surfaces,
+            scan_points(scan),
+            T_map_base_guess,
+            prior_covariance,
+            self.settings.matching,
+            window,
+        )
+
+    def posterior_density(
+        self,
+        scan: LaserScan,
+        poses_map: npt.ArrayLike,
+        T_map_base_guess: Pose2,
+        prior_covariance: Floats,
+    ) -> Floats:
+        """Return the log posterior at each of `poses_map` (N, 3), up to a constant, (N,)."""
+        return posterior_density(
+            self.grid,
+            self.surfaces,
+            scan_points(scan),
+            np.asarray(poses_map, dtype=np.float64),
+            T_map_base_guess,
+            prior_covariance,
+            self.settings.matching,
+        )

@@ -1,0 +1,213 @@
+"""Fusing laser scans into an occupancy grid.
+
+Per scan every cell changes at most once: it is *hit* when an end point lies in it, else *missed*
+when a beam passes through it. Hits win, so beams that graze a wall on their way do not erase it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mapping.compiled import compiled
+from mapping.geometry import Floats, Pose2
+from mapping.grid import EMPTY_BOX, CellBox, OccupancyGrid
+from mapping.scan import LaserScan
+
+
+@dataclass(frozen=True, slots=True)
+class IntegrationSettings:
+    """How strongly one scan speaks.
+
+    Attributes:
+        hit: log-odds added to a cell that holds an end point.
+        miss: log-odds added to a cell that a beam passed through (negative).
+        lowest: clamp of the log-odds of clear cells; keeps the map able to change its mind.
+        highest: clamp of the log-odds of occupied cells.
+        clear_margin: a beam clears cells up to this distance before its end point [m]: about one
+            cell, so that range noise does not eat the wall, yet the cell in front of it is cleared.
+    """
+
+    hit: float = 0.9
+    miss: float = -0.6
+    lowest: float = -4.0
+    highest: float = 4.0
+    clear_margin: float = 0.05
+
+
+def beam_ends(scan: LaserScan, T_map_base: Pose2) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """Return where the beams end, and which of them hit something.
+
+    Beams to ignore are left out; a beam without a return ends at `range_max`.
+
+    Returns:
+        ends: (N, 2) [m], map frame.
+        hits: (N,) bool.
+    """
+    valid = scan.ranges > 0.0
+    reach = np.minimum(scan.ranges[valid].astype(np.float64), scan.range_max)
+    bearings = scan.bearings[valid]
+    ends_laser = np.column_stack((reach * np.cos(bearings), reach * np.sin(bearings)))
+    return (T_map_base @ scan.T_base_laser).apply(ends_laser), scan.hits[valid]
+
+
+def scan_extent(scan: LaserScan, T_map_base: Pose2) -> tuple[float, float, float, float]:
+    """Return the rectangle (x_min, y_min, x_max, y_max) [m] that a scan touches, map frame."""
+    T_map_laser = T_map_base @ scan.T_base_laser
+    ends, _ = beam_ends(scan, T_map_base)
+    points = np.vstack((ends, (T_map_laser.x, T_map_laser.y)))
+    low, high = points.min(axis=0), points.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def integrate_scan(
+    grid: OccupancyGrid,
+    scan: LaserScan,
+    T_map_base: Pose2,
+    settings: IntegrationSettings | None = None,
+    keep_above: float = math.inf,
+) -> CellBox:
+    """Fuse one scan into `grid.log_odds`, in place; return the box of cells it may have changed.
+
+    The grid is never grown here: what lies outside is left out. Call
+    `grid.grow(*scan_extent(scan, T_map_base))` first to keep everything.
+
+    Args:
+        grid: the map so far, in the map frame.
+        scan: a beam without a return clears cells up to `range_max`; a range of 0 is ignored.
+        T_map_base: pose of the robot when the scan was taken.
+        settings: how strongly one scan speaks; the defaults if not given.
+        keep_above: cells with log-odds above this are walls that beams neither erase nor see
+            through; used where the pose is too uncertain to argue with the map.
+
+    Source: Moravec & Elfes 1985; Thrun, Burgard & Fox, *Probabilistic Robotics* (2005), Table 9.1.
+    """
+    settings = settings or IntegrationSettings()
+    geometry = grid.geometry
+    box = geometry.box_around(*scan_extent(scan, T_map_base))
+    if box.empty:
+        return EMPTY_BOX
+    ends, hits = beam_ends(scan, T_map_base)
+    T_map_laser = T_map_base @ scan.T_base_laser
+    _integrate(
+        grid.log_odds,
+        ends,
+        hits,
+        T_map_laser.x,
+        T_map_laser.y,
+        (geometry.origin_x, geometry.origin_y, geometry.resolution),
+        (box.iy0, box.ix0, box.iy1, box.ix1),
+        (settings.hit, settings.miss, settings.lowest, settings.highest),
+        settings.clear_margin,
+        keep_above,
+    )
+    return box
+
+
+@compiled
+def _integrate(
+    log_odds: npt.NDArray[np.float32],
+    ends: Floats,
+    hits: npt.NDArray[np.bool_],
+    x0: float,
+    y0: float,
+    lattice: tuple[float, float, float],
+    box: tuple[int, int, int, int],
+    weights: tuple[float, float, float, float],
+    margin: float,
+    keep_above: float,
+) -> None:
+    """Update the cells of one scan: first all hits, then the beams' misses on cells not yet seen.
+
+    Args:
+        lattice: (origin_x, origin_y, resolution) [m].
+        box: (iy0, ix0, iy1, ix1), the cells that may change.
+        weights: (hit, miss, lowest, highest) log-odds.
+    """
+    origin_x, origin_y, resolution = lattice
+    iy0, ix0, iy1, ix1 = box
+    hit, miss, lowest, highest = weights
+    seen = np.zeros((iy1 - iy0, ix1 - ix0), dtype=np.uint8)
+    for i in range(ends.shape[0]):
+        if hits[i]:
+            iy = int(math.floor((ends[i, 1] - origin_y) / resolution))
+            ix = int(math.floor((ends[i, 0] - origin_x) / resolution))
+            if iy0 <= iy < iy1 and ix0 <= ix < ix1 and seen[iy - iy0, ix - ix0] == 0:
+                seen[iy - iy0, ix - ix0] = 1
+                log_odds[iy, ix] = min(np.float32(highest), log_odds[iy, ix] + np.float32(hit))
+    for i in range(ends.shape[0]):
+        _clear_beam(
+            log_odds,
+            seen,
+            (x0 - origin_x) / resolution,
+            (y0 - origin_y) / resolution,
+            (ends[i, 0] - x0) / resolution,
+            (ends[i, 1] - y0) / resolution,
+            margin / resolution if hits[i] else 0.0,
+            iy0,
+            ix0,
+            np.float32(miss),
+            np.float32(lowest),
+            np.float32(keep_above),
+        )
+
+
+@compiled
+def _clear_beam(
+    log_odds: npt.NDArray[np.float32],
+    seen: npt.NDArray[np.uint8],
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
+    margin: float,
+    iy0: int,
+    ix0: int,
+    miss: np.float32,
+    lowest: np.float32,
+    keep_above: np.float32,
+) -> None:
+    """Walk one beam cell by cell and count a miss on every cell not yet seen in this scan.
+
+    Args:
+        x: start of the beam, in cells from the grid's origin corner; `y` alike.
+        dx: from start to end of the beam, in cells; `dy` alike.
+        margin: stop this many cells before the end.
+
+    Source: Amanatides & Woo 1987.
+    """
+    rows, cols = seen.shape
+    length = math.sqrt(dx * dx + dy * dy)
+    reach = length - margin
+    if reach <= 0.0:
+        return
+    ix, iy = int(math.floor(x)), int(math.floor(y))
+    step_x = 1 if dx > 0.0 else -1
+    step_y = 1 if dy > 0.0 else -1
+    along_x = length / abs(dx) if dx != 0.0 else math.inf
+    along_y = length / abs(dy) if dy != 0.0 else math.inf
+    next_x = ((ix + 1 - x) if dx > 0.0 else (x - ix)) * along_x if dx != 0.0 else math.inf
+    next_y = ((iy + 1 - y) if dy > 0.0 else (y - iy)) * along_y if dy != 0.0 else math.inf
+    iy -= iy0
+    ix -= ix0
+    while True:
+        if 0 <= iy < rows and 0 <= ix < cols:
+            if seen[iy, ix] == 0:
+                value = log_odds[iy + iy0, ix + ix0]
+                if value > keep_above:
+                    return
+                seen[iy, ix] = 1
+                log_odds[iy + iy0, ix + ix0] = max(lowest, value + miss)
+        if next_x < next_y:
+            if next_x >= reach:
+                return
+            next_x += along_x
+            ix += step_x
+        else:
+            if next_y >= reach:
+                return
+            next_y += along_y
+            iy += step_y

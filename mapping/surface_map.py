@@ -1,0 +1,365 @@
+"""Walls at finer scale than cells: a piece of surface for every occupied cell.
+
+Each cell keeps the mean of the end points that fell into it. Around every occupied cell a line is
+fitted to the means of the cells nearby; the cell then stands for a small piece of wall, a *surfel*:
+a point and a matrix that measures how far a new end point lies off the wall. Every cell in reach
+of a wall knows its closest occupied cell, so looking up a point's surfel is one array read.
+
+Source: Biber & Strasser 2003 (normal distributions), Censi 2008 (distances point to line); the
+lookup is the feature transform that goes with a truncated distance transform.
+
+A thin wall has two faces, a few centimetres apart, seen from its two sides. They must not be
+mistaken for each other, or every doorway bends the map. So there are two layers of surfels, and an
+end point belongs to one of them by the direction its surface faces.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mapping.compiled import compiled
+from mapping.geometry import Floats
+from mapping.grid import CellBox, OccupancyGrid, Padding
+
+Ids = npt.NDArray[np.int32]
+
+# Surfaces facing one half of all directions live in layer 0, the others in layer 1. The line between
+# the halves is askew, as most walls run along x or y of a robot's first pose, or diagonally.
+LAYERS = 2
+FACING_X, FACING_Y = math.cos(math.radians(64.0)), math.sin(math.radians(64.0))
+
+# Distances are kept as squares in cells, one byte each; this byte says "no wall within reach".
+FAR = 255
+NO_SURFEL = -1
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceSettings:
+    """How surfaces are made of end points.
+
+    Attributes:
+        occupied_above: a cell is part of a wall when its log-odds exceed this.
+        reach: cells up to this far from a wall know their closest wall cell [cells], at most 15.
+        fit_radius: the line through a wall cell is fitted to the cells up to this far [cells].
+        hits_cap: a cell counts in a fit like at most this many end points.
+        memory: a cell's mean forgets older end points as if it only ever held this many.
+        line_below: ratio of widths (variance across / variance along) below which the wall counts
+            as a line: no pull along it.
+        blob_above: ratio above which it counts as a blob that pulls alike in all directions.
+    """
+
+    occupied_above: float = 0.4
+    reach: int = 8
+    fit_radius: int = 3
+    hits_cap: float = 10.0
+    memory: float = 60.0
+    line_below: float = 0.2
+    blob_above: float = 0.5
+
+
+class SurfaceMap:
+    """The surfels of one occupancy grid, kept in step with it.
+
+    Attributes:
+        settings: how surfaces are made.
+        closest: (2, rows, cols) int32, the surfel of the closest occupied cell in reach, else -1,
+            by layer.
+        squared: (2, rows, cols) uint8, squared distance to that cell [cells^2], else 255.
+        owned: (2, rows, cols) int32, the surfel of the cell itself, -1 if no end point fell in.
+        count: number of surfels.
+        cells: (capacity, 3) int32, their layers and cells (layer, iy, ix).
+        sums: (capacity, 3), weight and weighted sums of x, y of the end points [m], map frame.
+        surfels: (capacity, 5), point (x, y) [m] and matrix (a_xx, a_xy, a_yy), see
+            `perceptual_model`.
+        occupied: (capacity,) bool, whether the cell is part of a wall now.
+    """
+
+    __slots__ = ("cells", "closest", "count", "occupied", "owned", "settings", "squared", "sums",
+                 "surfels")  # fmt: skip
+
+    def __init__(self, shape: tuple[int, int], settings: SurfaceSettings | None = None) -> None:
+        self.settings = settings or SurfaceSettings()
+        self.closest: Ids = np.full((LAYERS, *shape), NO_SURFEL, dtype=np.int32)
+        self.squared: npt.NDArray[np.uint8] = np.full((LAYERS, *shape), FAR, dtype=np.uint8)
+        self.owned: Ids = np.full((LAYERS, *shape), NO_SURFEL, dtype=np.int32)
+        self.count = 0
+        self.cells: Ids = np.zeros((256, 3), dtype=np.int32)
+        self.sums: Floats = np.zeros((256, 3))
+        self.surfels: Floats = np.zeros((256, 5))
+        self.occupied: npt.NDArray[np.bool_] = np.zeros(256, dtype=np.bool_)
+
+    def grow(self, padding: Padding) -> None:
+        """Follow the grid when it grows."""
+        if padding.none:
+            return
+        self.closest = _padded(self.closest, padding, NO_SURFEL)
+        self.squared = _padded(self.squared, padding, FAR)
+        self.owned = _padded(self.owned, padding, NO_SURFEL)
+        self.cells[: self.count] += np.array([0, padding.below, padding.left], dtype=np.int32)
+
+    def update(self, grid: OccupancyGrid, points_map: Floats, box: CellBox) -> None:
+        """Take in the end points of one scan after they were fused into `grid`.
+
+        Args:
+            grid: the occupancy grid this map follows, already updated.
+            points_map: (N, 4) end points (x, y) [m] and the directions their surfaces face.
+            box: the cells that may have changed.
+        """
+        self._reserve(len(points_map))
+        geometry, settings = grid.geometry, self.settings
+        lattice = (geometry.origin_x, geometry.origin_y, geometry.resolution)
+        dirty = np.zeros(len(self.occupied), dtype=np.bool_)
+        self.count = _add_hits(
+            points_map, lattice, self.owned, self.cells, self.sums, self.count, settings.memory,
+            dirty,
+        )  # fmt: skip
+        flips = _find_flips(
+            grid.log_odds, (box.iy0, box.ix0, box.iy1, box.ix1), self.owned, self.occupied,
+            np.float32(settings.occupied_above), self.cells, dirty,
+        )  # fmt: skip
+        for cleared in (True, False):
+            _move_walls(
+                flips, cleared, self.occupied, self.cells, self.owned, self.closest, self.squared,
+                settings.reach,
+            )  # fmt: skip
+        _refit(
+            dirty[: self.count], self.owned, self.occupied, self.cells, self.sums, self.surfels,
+            settings.fit_radius, settings.hits_cap, (settings.line_below, settings.blob_above),
+        )  # fmt: skip
+
+    def _reserve(self, more: int) -> None:
+        """Make room for `more` surfels."""
+        capacity = len(self.occupied)
+        if self.count + more <= capacity:
+            return
+        larger = max(2 * capacity, self.count + more)
+        self.cells = _enlarged(self.cells, larger)
+        self.sums = _enlarged(self.sums, larger)
+        self.surfels = _enlarged(self.surfels, larger)
+        self.occupied = _enlarged(self.occupied, larger)
+
+
+def _enlarged(array: npt.NDArray, rows: int) -> npt.NDArray:  # type: ignore[type-arg]
+    """Return `array` with zero rows added at its end."""
+    grown = np.zeros((rows, *array.shape[1:]), dtype=array.dtype)
+    grown[: len(array)] = array
+    return grown
+
+
+def _padded(
+    layers: npt.NDArray, padding: Padding, fill: float  # type: ignore[type-arg]
+) -> npt.NDArray:  # type: ignore[type-arg]
+    """Return all layers (2, rows, cols) grown by a padding."""
+    return np.stack([padding.pad(layer, fill) for layer in layers])
+
+
+@compiled
+def layer_of(nx: float, ny: float) -> int:
+    """Return the layer of a surface that faces the direction (nx, ny)."""
+    return 0 if nx * FACING_X + ny * FACING_Y >= 0.0 else 1
+
+
+@compiled
+def _add_hits(
+    points: Floats,
+    lattice: tuple[float, float, float],
+    owned: Ids,
+    cells: Ids,
+    sums: Floats,
+    count: int,
+    memory: float,
+    dirty: npt.NDArray[np.bool_],
+) -> int:
+    """Add end points to their cells' means; return the new number of surfels."""
+    _, rows, cols = owned.shape
+    for i in range(points.shape[0]):
+        iy = int(math.floor((points[i, 1] - lattice[1]) / lattice[2]))
+        ix = int(math.floor((points[i, 0] - lattice[0]) / lattice[2]))
+        if not (0 <= iy < rows and 0 <= ix < cols):
+            continue
+        layer = layer_of(points[i, 2], points[i, 3])
+        k = owned[layer, iy, ix]
+        if k < 0:
+            k = count
+            count += 1
+            owned[layer, iy, ix] = k
+            cells[k, 0] = layer
+            cells[k, 1] = iy
+            cells[k, 2] = ix
+        if sums[k, 0] >= memory:
+            keep = (memory - 1.0) / sums[k, 0]
+            sums[k, 0] *= keep
+            sums[k, 1] *= keep
+            sums[k, 2] *= keep
+        sums[k, 0] += 1.0
+        sums[k, 1] += points[i, 0]
+        sums[k, 2] += points[i, 1]
+        dirty[k] = True
+    return count
+
+
+@compiled
+def _find_flips(
+    log_odds: npt.NDArray[np.float32],
+    box: tuple[int, int, int, int],
+    owned: Ids,
+    occupied: npt.NDArray[np.bool_],
+    threshold: np.float32,
+    cells: Ids,
+    dirty: npt.NDArray[np.bool_],
+) -> Ids:
+    """Bring `occupied` up to date; return the surfels that became wall or stopped being one."""
+    flips = np.empty(len(dirty), dtype=np.int32)
+    count = 0
+    for layer in range(2):
+        for iy in range(box[0], box[2]):
+            for ix in range(box[1], box[3]):
+                k = owned[layer, iy, ix]
+                if k >= 0 and (log_odds[iy, ix] > threshold) != occupied[k]:
+                    occupied[k] = not occupied[k]
+                    dirty[k] = True
+                    flips[count] = k
+                    count += 1
+    return flips[:count]
+
+
+@compiled
+def _move_walls(
+    flips: Ids,
+    cleared: bool,
+    occupied: npt.NDArray[np.bool_],
+    cells: Ids,
+    owned: Ids,
+    closest: Ids,
+    squared: npt.NDArray[np.uint8],
+    reach: int,
+) -> None:
+    """Update who is closest to whom: after cells stopped being wall (`cleared`) or became wall."""
+    for k in flips:
+        if occupied[k] == cleared:
+            continue
+        if cleared:
+            _drop_wall(k, occupied, cells, owned, closest, squared, reach)
+        else:
+            _spread_wall(k, cells, closest, squared, reach)
+
+
+@compiled
+def _spread_wall(
+    k: int, cells: Ids, closest: Ids, squared: npt.NDArray[np.uint8], reach: int
+) -> None:
+    """Tell the cells around the new wall cell `k` of it."""
+    _, rows, cols = closest.shape
+    layer, cy, cx = cells[k, 0], cells[k, 1], cells[k, 2]
+    for iy in range(max(0, cy - reach), min(rows, cy + reach + 1)):
+        for ix in range(max(0, cx - reach), min(cols, cx + reach + 1)):
+            far = (iy - cy) * (iy - cy) + (ix - cx) * (ix - cx)
+            if far <= reach * reach and far < squared[layer, iy, ix]:
+                squared[layer, iy, ix] = far
+                closest[layer, iy, ix] = k
+
+
+@compiled
+def _drop_wall(
+    k: int,
+    occupied: npt.NDArray[np.bool_],
+    cells: Ids,
+    owned: Ids,
+    closest: Ids,
+    squared: npt.NDArray[np.uint8],
+    reach: int,
+) -> None:
+    """Find a new closest wall for every cell whose closest wall was `k`."""
+    _, rows, cols = closest.shape
+    layer, cy, cx = cells[k, 0], cells[k, 1], cells[k, 2]
+    for iy in range(max(0, cy - reach), min(rows, cy + reach + 1)):
+        for ix in range(max(0, cx - reach), min(cols, cx + reach + 1)):
+            if closest[layer, iy, ix] != k:
+                continue
+            best, best_far = -1, reach * reach + 1
+            for jy in range(max(0, iy - reach), min(rows, iy + reach + 1)):
+                for jx in range(max(0, ix - reach), min(cols, ix + reach + 1)):
+                    far = (iy - jy) * (iy - jy) + (ix - jx) * (ix - jx)
+                    if far < best_far and owned[layer, jy, jx] >= 0 and occupied[owned[layer, jy, jx]]:
+                        best, best_far = owned[layer, jy, jx], far
+            closest[layer, iy, ix] = best
+            squared[layer, iy, ix] = best_far if best >= 0 else 255
+
+
+@compiled
+def _refit(
+    dirty: npt.NDArray[np.bool_],
+    owned: Ids,
+    occupied: npt.NDArray[np.bool_],
+    cells: Ids,
+    sums: Floats,
+    surfels: Floats,
+    radius: int,
+    cap: float,
+    ratios: tuple[float, float],
+) -> None:
+    """Fit the surfels anew in whose neighbourhood something changed."""
+    _, rows, cols = owned.shape
+    again = np.zeros(len(dirty), dtype=np.bool_)
+    for k in range(len(dirty)):
+        if not dirty[k]:
+            continue
+        layer = cells[k, 0]
+        for iy in range(max(0, cells[k, 1] - radius), min(rows, cells[k, 1] + radius + 1)):
+            for ix in range(max(0, cells[k, 2] - radius), min(cols, cells[k, 2] + radius + 1)):
+                j = owned[layer, iy, ix]
+                if j >= 0 and occupied[j] and not again[j]:
+                    again[j] = True
+                    _fit_surfel(j, owned, occupied, cells, sums, surfels, radius, cap, ratios)
+
+
+@compiled
+def _fit_surfel(
+    k: int,
+    owned: Ids,
+    occupied: npt.NDArray[np.bool_],
+    cells: Ids,
+    sums: Floats,
+    surfels: Floats,
+    radius: int,
+    cap: float,
+    ratios: tuple[float, float],
+) -> None:
+    """Fit a line to the end points around surfel `k`; how much it is a line shapes its matrix."""
+    _, rows, cols = owned.shape
+    layer = cells[k, 0]
+    x0, y0 = sums[k, 1] / sums[k, 0], sums[k, 2] / sums[k, 0]
+    n = sx = sy = sxx = sxy = syy = 0.0
+    for iy in range(max(0, cells[k, 1] - radius), min(rows, cells[k, 1] + radius + 1)):
+        for ix in range(max(0, cells[k, 2] - radius), min(cols, cells[k, 2] + radius + 1)):
+            j = owned[layer, iy, ix]
+            if j < 0:
+                continue
+            w = min(sums[j, 0], cap)
+            x = sums[j, 1] / sums[j, 0] - x0
+            y = sums[j, 2] / sums[j, 0] - y0
+            n += w
+            sx += w * x
+            sy += w * y
+            sxx += w * x * x
+            sxy += w * x * y
+            syy += w * y * y
+    mx, my = sx / n, sy / n
+    cxx, cxy, cyy = sxx / n - mx * mx, sxy / n - mx * my, syy / n - my * my
+    half = 0.5 * (cxx - cyy)
+    spread = math.sqrt(half * half + cxy * cxy)
+    middle = 0.5 * (cxx + cyy)
+    ratio = (middle - spread) / (middle + spread) if middle + spread > 1e-9 else 1.0
+    blob = min(1.0, max(0.0, (ratio - ratios[0]) / (ratios[1] - ratios[0])))
+    angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy)
+    nx, ny = -math.sin(angle), math.cos(angle)
+    # A blob sits at its own cell's mean, a line passes through the mean of all.
+    surfels[k, 0] = x0 + (1.0 - blob) * mx
+    surfels[k, 1] = y0 + (1.0 - blob) * my
+    surfels[k, 2] = nx * nx + blob * ny * ny
+    surfels[k, 3] = nx * ny * (1.0 - blob)
+    surfels[k, 4] = ny * ny + blob * nx * nx

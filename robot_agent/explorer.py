@@ -1,0 +1,123 @@
+"""Builds the robot's bids: which frontier cells there are, what going there costs and brings.
+
+Source: Simmons et al. 2000, section "Constructing Bids".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from mapping.frontiers import find_frontiers
+from mapping.geometry import Floats, Pose2
+from mapping.grid import CellBox
+from mapping.information_gain import coarsen_classes, information_gains
+from mapping.path_planning import cost_field, reachable_near, with_escape
+from protocol.body import Body
+from protocol.messages import Bid
+from robot_agent.planning_map import PlanningMap
+from robot_agent.right_of_way import Teammate
+from robot_agent.settings import ExplorerSettings
+
+_EPSILON = 1e-9
+_ESCAPE = 0.6  # [m]; a robot that stands too near a wall may leave through this radius
+
+
+class Explorer:
+    """Makes bids on the frontiers of the team's map.
+
+    Args:
+        body: the robot's own radius and sensor range count.
+        settings: what is a frontier and how often to bid.
+        planning_map: the robot's copy of the team's map.
+    """
+
+    def __init__(self, body: Body, settings: ExplorerSettings, planning_map: PlanningMap) -> None:
+        self._body = body
+        self._settings = settings
+        self._map = planning_map
+        self._number = 0
+        self._dirty = False
+        self._next = 0.0
+
+    def map_changed(self, box: CellBox | None) -> None:
+        """Note that the map changed, in `box` or (None) all over."""
+        self._dirty = True
+
+    def bid(
+        self, T_map_base: Pose2, teammates: Sequence[Teammate], now: float
+    ) -> Bid | None:
+        """Return a bid on the map as it is now, or None when there is nothing new to say.
+
+        Args:
+            T_map_base: where the robot is, map frame.
+            teammates: the others; their places do not block the way, they move.
+            now: mission time [s].
+        """
+        if not self._dirty or now < self._next - _EPSILON:
+            return None
+        self._dirty = False
+        self._next = now + self._settings.bid_period_s
+        self._number += 1
+        geometry, resolution = self._map.geometry, self._map.geometry.resolution
+        spacing = max(1, round(self._settings.spacing_m / resolution))
+        frontiers = find_frontiers(
+            self._map.classes, spacing, self._settings.frontier_cells_min
+        )
+        places, costs, reached = self._costs(T_map_base, frontiers.cells)
+        open_cells = frontiers.cells[reached]
+        gains, rectangles = self._gains(open_cells)
+        keep = self._best(gains)
+        return Bid(
+            number=self._number,
+            map_number=self._map.number,
+            T_map_base=T_map_base,
+            places_map=places[reached][keep].astype(np.float32),
+            gains=gains[keep].astype(np.float32),
+            costs_m=costs[reached][keep].astype(np.float32),
+            rectangles_map=rectangles[keep].astype(np.float32),
+            unreachable_map=geometry.centres_of(frontiers.cells[~reached])[:400].astype(np.float32),
+        )
+
+    def _costs(
+        self, T_map_base: Pose2, cells: npt.NDArray[np.int64]
+    ) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
+        """Return where to stand for each frontier cell, the way there [m], and which are reachable.
+
+        The body may not fit onto the frontier cell itself: then the reachable cell nearest to it
+        counts, if it is near enough to look over the frontier from there.
+        """
+        geometry = self._map.geometry
+        start = geometry.cell_at(T_map_base.x, T_map_base.y)
+        if not geometry.holds(*start):
+            blocked = np.zeros(len(cells), dtype=np.bool_)
+            return geometry.centres_of(cells), np.full(len(cells), np.inf), blocked
+        weights = with_escape(
+            self._map.weights, self._map.classes, start, _ESCAPE / geometry.resolution
+        )
+        field = cost_field(weights, [start], geometry.resolution)
+        reach = self._body.radius_m + self._settings.reach_m
+        stands = reachable_near(field, cells, reach)
+        reached = stands[:, 0] >= 0
+        return geometry.centres_of(stands), field.at(stands), reached
+
+    def _gains(self, cells: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """Return the expected information [m2] at frontier cells and its rectangles [m]."""
+        geometry, factor = self._map.geometry, self._settings.coarsening
+        coarse = coarsen_classes(self._map.classes, factor)
+        size = geometry.resolution * factor
+        range_cells = self._body.lidar.range_max_m / size
+        gains, boxes = information_gains(coarse, None, cells // factor, range_cells)
+        corners = boxes.astype(np.float64)[:, [1, 0, 3, 2]] * size
+        corners += np.array([geometry.origin_x, geometry.origin_y] * 2)
+        return gains * size * size, corners
+
+    def _best(self, gains: Floats) -> npt.NDArray[np.int64]:
+        """Return the rows of the places worth telling: those with a gain, the richest if many."""
+        order = np.argsort(-gains, kind="stable")[: self._settings.places_max]
+        rows: npt.NDArray[np.int64] = np.sort(order[gains[order] > 0.0])
+        return rows
+
+

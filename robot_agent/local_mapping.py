@@ -1,0 +1,134 @@
+"""The robot's own mapping: odometry and scans in, its pose and numbered reports out."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mapping.geometry import IDENTITY, Pose2, wrap_angle
+from mapping.incremental_slam import IncrementalSlam, SlamSettings
+from mapping.match_map import MapSettings
+from mapping.motion_model import MotionModel
+from mapping.scan import LaserScan
+from protocol.body import Body
+from protocol.messages import ScanReport
+from robot_agent.settings import LocalMapSettings
+
+
+class LocalMapping:
+    """Local SLAM and the log of reports that the server may not have yet.
+
+    Attributes:
+        T_odom_base: the pose now, in the frame of the robot's own map.
+        scan: the last scan, or None.
+        scans: number of scans taken.
+        matched: whether the last scan agreed with the map.
+    """
+
+    def __init__(self, body: Body, settings: LocalMapSettings) -> None:
+        self._settings = settings
+        self._lidar = body.lidar
+        drive = body.drive
+        # A model surer of itself than half a percent would leave scans no say in it.
+        motion = MotionModel(
+            distance_sigma=max(drive.noise_distance, 0.005),
+            drift_sigma=max(math.radians(drive.noise_heading_deg_m), 0.002),
+            rotation_sigma=max(drive.noise_turn, 0.005),
+        )
+        self._slam = IncrementalSlam(
+            SlamSettings(map=MapSettings(resolution=settings.resolution_m), motion=motion)
+        )
+        self.T_odom_base = IDENTITY
+        self.scan: LaserScan | None = None
+        self.scans = 0
+        self.matched = False
+        self._T_wheel_slam: Pose2 | None = None
+        self._track: list[tuple[float, float, float, float]] = []
+        self._log: dict[int, ScanReport] = {}
+        self._number = 0
+        self._since_report = 0
+        self._T_odom_reported: Pose2 | None = None
+        self._resent = -math.inf
+
+    def move(self, T_wheel_base: Pose2) -> None:
+        """Follow the wheels between scans."""
+        if self._T_wheel_slam is None:
+            self._T_wheel_slam = T_wheel_base
+        T_slam_base = self._T_wheel_slam.inverse() @ T_wheel_base
+        self.T_odom_base = self._slam.T_odom_base @ T_slam_base
+
+    def take(self, scan: LaserScan, T_wheel_base: Pose2) -> None:
+        """Take in a scan made at `T_wheel_base`."""
+        if self._T_wheel_slam is None:
+            self._T_wheel_slam = T_wheel_base
+        estimate = self._slam.step(self._T_wheel_slam.inverse() @ T_wheel_base, scan)
+        self._T_wheel_slam = T_wheel_base
+        self.T_odom_base, self.matched = estimate.T_odom_base, estimate.matched
+        self.scan = scan
+        self.scans += 1
+        self._since_report += 1
+        pose = self.T_odom_base
+        self._track.append((scan.stamp, pose.x, pose.y, pose.theta))
+
+    def report_due(self, aligned: bool) -> bool:
+        """Whether the last scan is to be reported; a robot at rest has nothing new to tell."""
+        last = self._T_odom_reported
+        if last is None:
+            return self.scan is not None
+        if self._since_report < self._settings.report_every:
+            return False
+        moved = self.T_odom_base.distance_to(last)
+        turned = abs(wrap_angle(self.T_odom_base.theta - last.theta))
+        settings = self._settings
+        return (
+            not aligned
+            or moved >= settings.report_moved_m
+            or turned >= math.radians(settings.report_turned_deg)
+        )
+
+    def report(self) -> ScanReport:
+        """Make a report of the last scan and keep it until the server has it."""
+        scan = self.scan
+        assert scan is not None
+        self._number += 1
+        report = ScanReport(
+            number=self._number,
+            stamp_s=scan.stamp,
+            ranges=scan.ranges,
+            bearing_start_rad=scan.bearing_start,
+            bearing_step_rad=scan.bearing_step,
+            range_max_m=scan.range_max,
+            T_base_laser=scan.T_base_laser,
+            T_odom_base=self._slam.T_odom_base,
+            covariance=np.ascontiguousarray(self._slam.covariance),
+            track_odom=np.array(self._track, dtype=np.float64).reshape(-1, 4)[-4096:],
+        )
+        self._track.clear()
+        self._since_report = 0
+        self._T_odom_reported = self._slam.T_odom_base
+        self._log[self._number] = report
+        return report
+
+    def received(self, number: int, now: float) -> list[ScanReport]:
+        """The server holds all reports up to `number`; return those it lacks, now and then."""
+        for held in [n for n in self._log if n <= number]:
+            del self._log[held]
+        if number == self._number or now - self._resent < self._settings.resend_period_s:
+            return []
+        return self.missing(now)
+
+    def missing(self, now: float) -> list[ScanReport]:
+        """Return the oldest reports that the server does not confirm."""
+        self._resent = now
+        return [self._log[n] for n in sorted(self._log)[:20]]
+
+    @property
+    def unconfirmed(self) -> int:
+        """Number of reports that the server has not confirmed."""
+        return len(self._log)
+
+    @property
+    def reports(self) -> int:
+        """Number of reports made."""
+        return self._number

@@ -1,0 +1,205 @@
+"""The robot's copy of the team's map, and what path planning reads from it.
+
+The server sends the whole map once and then numbered changes. Each change brings the derived grids
+(classes, clearance, weights) up to date only where they can have changed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from mapping.distance_field import truncated_distance, update_distance
+from mapping.grid import (
+    CLEAR,
+    EMPTY_BOX,
+    OBSTACLE,
+    UNKNOWN,
+    CellBox,
+    GridGeometry,
+    Padding,
+    classify,
+)
+from mapping.path_planning import traversal_weights
+from protocol.map_cells import dequantise, unpack_cells
+from protocol.messages import MapDelta, MapSnapshot
+from robot_agent.navigation_settings import PlanningMapSettings
+
+# A lattice is common to all maps of one resolution; sizes that differ by less are the same.
+_SAME_RESOLUTION = 1e-9
+
+
+class PlanningMap:
+    """What the robot knows of the team's map.
+
+    Attributes:
+        number: number of the map held; 0 is the empty map every mission begins with.
+        geometry: where the cells lie in the map frame; grows, so keep places in metres, not cells.
+        cells: (rows, cols) int8, log-odds in steps of 1/20.
+        classes: (rows, cols) uint8, UNKNOWN, CLEAR or OBSTACLE.
+        clearance: (rows, cols) float32 [m], distance to the nearest obstacle cell, truncated.
+        weights: (rows, cols) float32, see `mapping.path_planning.traversal_weights`.
+    """
+
+    def __init__(self, body_radius: float, settings: PlanningMapSettings) -> None:
+        """Start with the empty map.
+
+        Args:
+            body_radius: radius of the robot [m].
+            settings: thresholds and distances.
+        """
+        self._body_radius = body_radius
+        self._settings = settings
+        steps = np.arange(256, dtype=np.uint8).view(np.int8)
+        self._class_of_byte = classify(dequantise(steps), settings.p_obstacle, settings.p_clear)
+        self.number = 0
+        self._start_empty(GridGeometry(settings.resolution_m, 0.0, 0.0, 1, 1))
+
+    def apply_snapshot(self, message: MapSnapshot) -> CellBox:
+        """Take over a whole map; return the box of all its cells, empty for an old snapshot.
+
+        Raises:
+            ValueError: the bytes do not hold the cells that the message announces.
+        """
+        if message.number <= self.number and self.number > 0:
+            return EMPTY_BOX
+        cells = unpack_cells(message.cells, message.rows, message.cols)
+        resolution = message.resolution_m
+        # Deltas are placed by whole cells of the lattice through (0, 0): so is the snapshot.
+        lattice_x = round(message.origin_x_m / resolution)
+        lattice_y = round(message.origin_y_m / resolution)
+        self._start_empty(
+            GridGeometry(
+                resolution,
+                lattice_x * resolution,
+                lattice_y * resolution,
+                message.rows,
+                message.cols,
+            )
+        )
+        self.number = message.number
+        self._write(self.geometry.box, cells)
+        return self.geometry.box
+
+    def apply_delta(self, message: MapDelta) -> CellBox | None:
+        """Apply one change.
+
+        Returns:
+            The box that was written, in cells of the present `geometry`; the empty box for a
+            change already held; None if changes before it are missing (or it is of another
+            resolution): then ask the server for the whole map.
+
+        Raises:
+            ValueError: the bytes do not hold the cells that the message announces.
+        """
+        if message.number <= self.number:
+            return EMPTY_BOX
+        if message.number != self.number + 1:
+            return None
+        cells = unpack_cells(message.cells, message.rows, message.cols)
+        if abs(message.resolution_m - self.geometry.resolution) > _SAME_RESOLUTION:
+            if self.number > 0:
+                return None
+            self._start_empty(GridGeometry(message.resolution_m, 0.0, 0.0, 1, 1))
+        box = self._room_for(message.lattice_x, message.lattice_y, message.rows, message.cols)
+        if box is None:
+            return None
+        self._write(box, cells)
+        self.number = message.number
+        return box
+
+    def holds(self, x: float, y: float) -> bool:
+        """Whether the point (x, y) [m] in the map frame lies in the map."""
+        return self.geometry.holds(*self.geometry.cell_at(x, y))
+
+    def clearance_at(self, x: float, y: float) -> float:
+        """Return the distance [m] from (x, y) to the nearest obstacle cell, 0 off the map."""
+        iy, ix = self.geometry.cell_at(x, y)
+        return float(self.clearance[iy, ix]) if self.geometry.holds(iy, ix) else 0.0
+
+    def _start_empty(self, geometry: GridGeometry) -> None:
+        """Take over `geometry` with all cells unknown."""
+        limit = self._settings.clearance_limit_m
+        self.geometry = geometry
+        self.cells = np.zeros(geometry.shape, dtype=np.int8)
+        self.classes = np.full(geometry.shape, UNKNOWN, dtype=np.uint8)
+        self.clearance = np.full(geometry.shape, limit, dtype=np.float32)
+        self.weights = self._weights_of(self.classes, self.clearance)
+
+    def _room_for(self, lattice_x: int, lattice_y: int, rows: int, cols: int) -> CellBox | None:
+        """Grow to hold a rectangle of the lattice; return its box, None if absurdly far away."""
+        resolution = self.geometry.resolution
+        ix = lattice_x - round(self.geometry.origin_x / resolution)
+        iy = lattice_y - round(self.geometry.origin_y / resolution)
+        larger, padding = self.geometry.grown(
+            self.geometry.origin_x + (ix + 0.5) * resolution,
+            self.geometry.origin_y + (iy + 0.5) * resolution,
+            self.geometry.origin_x + (ix + cols - 0.5) * resolution,
+            self.geometry.origin_y + (iy + rows - 0.5) * resolution,
+        )
+        if larger.rows * larger.cols > self._settings.largest_cells:
+            return None
+        if not padding.none:
+            self._grow(larger, padding)
+        iy, ix = iy + padding.below, ix + padding.left
+        return CellBox(iy, ix, iy + rows, ix + cols)
+
+    def _grow(self, larger: GridGeometry, padding: Padding) -> None:
+        """Pad all grids; new cells are unknown and as far from obstacles as we look."""
+        limit = self._settings.clearance_limit_m
+        self.geometry = larger
+        self.cells = padding.pad(self.cells, 0)
+        self.classes = padding.pad(self.classes, UNKNOWN)
+        clearance = padding.pad(self.clearance, limit)
+        weights = padding.pad(self.weights, 0.0)
+        self.clearance, self.weights = clearance, weights
+        # Obstacles near the old edge reach over it into the new cells.
+        self.clearance = truncated_distance(self.classes == OBSTACLE, larger.resolution, limit)
+        self.weights = self._weights_of(self.classes, self.clearance)
+
+    def _write(self, box: CellBox, cells: npt.NDArray[np.int8]) -> None:
+        """Write `cells` at `box` and bring classes, clearance and weights up to date."""
+        self.cells[box.slices] = cells
+        before = self.classes[box.slices]
+        after = self._class_of_byte[cells.view(np.uint8)]
+        changed = _box_of(before != after, box)
+        if changed.empty:
+            return
+        solid_changed = _box_of((before == OBSTACLE) != (after == OBSTACLE), box)
+        self.classes[box.slices] = after
+        touched = changed.union(
+            update_distance(
+                self.clearance,
+                self.classes == OBSTACLE,
+                solid_changed,
+                self.geometry.resolution,
+                self._settings.clearance_limit_m,
+            )
+            if not solid_changed.empty
+            else EMPTY_BOX
+        )
+        self.weights[touched.slices] = self._weights_of(
+            self.classes[touched.slices], self.clearance[touched.slices]
+        )
+
+    def _weights_of(
+        self, classes: npt.NDArray[np.uint8], clearance: npt.NDArray[np.float32]
+    ) -> npt.NDArray[np.float32]:
+        """Return the traversal weights of a part of the grid."""
+        return traversal_weights(
+            classes == CLEAR, clearance, self._body_radius, self._settings.comfort_m
+        )
+
+
+def _box_of(mask: npt.NDArray[np.bool_], box: CellBox) -> CellBox:
+    """Return the smallest box around the cells set in `mask`, which covers `box` of a grid."""
+    rows = np.flatnonzero(mask.any(axis=1))
+    if len(rows) == 0:
+        return EMPTY_BOX
+    cols = np.flatnonzero(mask.any(axis=0))
+    return CellBox(
+        box.iy0 + int(rows[0]),
+        box.ix0 + int(cols[0]),
+        box.iy0 + int(rows[-1]) + 1,
+        box.ix0 + int(cols[-1]) + 1,
+    )

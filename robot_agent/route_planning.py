@@ -1,0 +1,230 @@
+"""Routes over the planning map: to a goal, or out of somebody's way.
+
+Obstacles that are not in the team's map (teammates, things just seen, spots where the robot got
+stuck) are drawn over the map's weights for one search.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mapping.compiled import compiled
+from mapping.geometry import Floats, Pose2
+from mapping.grid import CLEAR, Cells
+from mapping.bucket_wave import BLOCKED, STRAIGHT_STEP
+from mapping.path_planning import smooth_path
+from robot_agent.path_following import SPACING, DrivenPath, evenly_spaced
+from robot_agent.planning_map import PlanningMap
+from robot_agent.route_search import Weights, search_way, stamp_discs, standing_places
+from robot_agent.teammates import Sighting
+
+# A robot that stands where the map says it cannot may leave through cells this near [m].
+_ESCAPE_RADIUS = 0.8
+# How often a path is drawn smooth; with 0.1 m between points corners get radii of about 0.5 m.
+_RELAXATIONS = 60
+# Scan points this near are taken for obstacles if nothing explains them [m].
+_NEAR_POINTS = 3.0
+# A point this near to a mapped obstacle, or to a teammate's rim, is explained by it [m].
+_EXPLAINED = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Discs:
+    """Places that a search keeps out of, or avoids.
+
+    Attributes:
+        centres_map: (n, 2) [m].
+        radius: how near the robot's centre may not come [m].
+        hard: whether it must not; else it goes there only for want of a better way.
+    """
+
+    centres_map: Floats
+    radius: float
+    hard: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """A path to drive.
+
+    Attributes:
+        path: the path in the map frame.
+        cost: its cost, as metres of way in the open.
+    """
+
+    path: DrivenPath
+    cost: float
+
+
+def route_to_goal(
+    planning_map: PlanningMap,
+    here_map: tuple[float, float],
+    goal_map: tuple[float, float],
+    tolerance: float,
+    body_radius: float,
+    keep_out: Sequence[Discs],
+) -> Route | None:
+    """Return the best route to a goal, None if there is none.
+
+    Args:
+        planning_map: the robot's map.
+        here_map: (x, y) [m] of the robot.
+        goal_map: (x, y) [m]; if it cannot be entered the route ends near it, on the same side of
+            all walls.
+        tolerance: how far from the goal the route may end then [m].
+        body_radius: of the robot [m].
+        keep_out: what to avoid besides the map's obstacles.
+    """
+    geometry = planning_map.geometry
+    start = geometry.cell_at(*here_map)
+    goal = geometry.cell_at(*goal_map)
+    weights = _weights_with(planning_map, start, body_radius, keep_out)
+    reach = max(math.floor(tolerance / geometry.resolution), 1)
+    target = standing_places(weights, planning_map.classes == CLEAR, goal, reach)
+    return _route(planning_map, weights, here_map, start, target, goal, reach)
+
+
+def route_out_of_the_way(
+    planning_map: PlanningMap,
+    here_map: tuple[float, float],
+    body_radius: float,
+    keep_out: Sequence[Discs],
+    leave: Sequence[Discs],
+) -> Route | None:
+    """Return the cheapest route to a place outside all discs of `leave`, None if there is none.
+
+    Args:
+        planning_map: the robot's map.
+        here_map: (x, y) [m] of the robot.
+        body_radius: of the robot [m].
+        keep_out: what the route itself has to keep out of.
+        leave: what the robot must not be in at the end.
+    """
+    start = planning_map.geometry.cell_at(*here_map)
+    weights = _weights_with(planning_map, start, body_radius, keep_out)
+    target = (planning_map.weights != BLOCKED).view(np.uint8)
+    for discs in leave:
+        stamp_discs(target, planning_map.geometry, discs.centres_map, discs.radius, 0)
+    return _route(planning_map, weights, here_map, start, target, start, -1)
+
+
+def _weights_with(
+    planning_map: PlanningMap,
+    start: tuple[int, int],
+    body_radius: float,
+    keep_out: Sequence[Discs],
+) -> Weights:
+    """Return the map's weights with `keep_out` drawn in and a way out opened for the robot."""
+    geometry = planning_map.geometry
+    weights = planning_map.weights.copy()
+    for discs in keep_out:
+        value = BLOCKED if discs.hard else ESCAPE_WEIGHT
+        stamp_discs(weights, geometry, discs.centres_map, discs.radius, value)
+    return with_escape(
+        weights,
+        planning_map.classes == CLEAR,
+        planning_map.clearance,
+        start,
+        geometry.resolution,
+        _ESCAPE_RADIUS,
+        body_radius,
+    )
+
+
+def _route(
+    planning_map: PlanningMap,
+    weights: Weights,
+    here_map: tuple[float, float],
+    start: tuple[int, int],
+    target: Weights,
+    around: tuple[int, int],
+    reach: int,
+) -> Route | None:
+    """Search, and make a smooth path of the cells found."""
+    cells, units = search_way(weights, start, target, around, reach)
+    if len(cells) == 0:
+        return None
+    geometry = planning_map.geometry
+    corners = smooth_path(cells, weights, geometry)
+    corners[0] = here_map
+    points = evenly_spaced(corners, SPACING)
+    _relax(
+        points,
+        weights,
+        geometry.origin_x,
+        geometry.origin_y,
+        geometry.resolution,
+        _RELAXATIONS,
+    )
+    points = evenly_spaced(points, SPACING)
+    gaps = _looked_up(planning_map.clearance, geometry.cells_at(points))
+    cost = units * geometry.resolution / STRAIGHT_STEP
+    return Route(DrivenPath(points, gaps), cost)
+
+
+@compiled
+def _weight_at(
+    weights: Weights, origin_x: float, origin_y: float, resolution: float, x: float, y: float
+) -> int:
+    """Return the weight of the cell at (x, y) [m], blocked off the grid."""
+    iy, ix = math.floor((y - origin_y) / resolution), math.floor((x - origin_x) / resolution)
+    if iy < 0 or ix < 0 or iy >= weights.shape[0] or ix >= weights.shape[1]:
+        return BLOCKED
+    return np.int64(weights[iy, ix])
+
+
+@compiled
+def _relax(
+    points: Floats,
+    weights: Weights,
+    origin_x: float,
+    origin_y: float,
+    resolution: float,
+    times: int,
+) -> None:
+    """Round the corners of a path, in place, without entering dearer cells; the ends stay."""
+    for _ in range(times):
+        for k in range(1, len(points) - 1):
+            x = 0.5 * points[k, 0] + 0.25 * (points[k - 1, 0] + points[k + 1, 0])
+            y = 0.5 * points[k, 1] + 0.25 * (points[k - 1, 1] + points[k + 1, 1])
+            new = _weight_at(weights, origin_x, origin_y, resolution, x, y)
+            old = _weight_at(weights, origin_x, origin_y, resolution, points[k, 0], points[k, 1])
+            if new != BLOCKED and new <= max(old, 2):
+                points[k, 0], points[k, 1] = x, y
+
+
+def _looked_up(grid: npt.NDArray[np.float32], cells: Cells) -> Floats:
+    """Return the values (n,) of a grid at cells (n, 2); the path lies within the grid."""
+    return grid[cells[:, 0], cells[:, 1]].astype(np.float64)
+
+
+def unmapped_points(
+    planning_map: PlanningMap,
+    T_map_base: Pose2,
+    points_base: Floats,
+    others: Sequence[Sighting],
+) -> Floats:
+    """Return the near scan points (n, 2) [m], map frame, that neither map nor teammates explain.
+
+    Args:
+        planning_map: the robot's map.
+        T_map_base: where the robot is.
+        points_base: (m, 2) [m], what the lidar sees, base frame.
+        others: the teammates.
+    """
+    near = points_base[(points_base**2).sum(axis=1) < _NEAR_POINTS**2]
+    points = T_map_base.apply(near)
+    geometry = planning_map.geometry
+    cells = geometry.cells_at(points)
+    points = points[geometry.contains(cells)]
+    cells = geometry.cells_at(points)
+    points = points[planning_map.clearance[cells[:, 0], cells[:, 1]] > _EXPLAINED]
+    for other in others:
+        away = np.hypot(points[:, 0] - other.x, points[:, 1] - other.y)
+        points = points[away > other.teammate.radius + _EXPLAINED]
+    return points

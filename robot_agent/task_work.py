@@ -1,0 +1,148 @@
+"""The task in hand: from award to its end, with news for the server."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mapping.geometry import Floats, Pose2
+from protocol.body import Body
+from protocol.messages import Award, Message, TaskEnd, TaskProgress
+from robot_agent.navigation import Navigator
+from robot_agent.planning_map import PlanningMap
+from robot_agent.right_of_way import Teammate
+from robot_agent.settings import TaskSettings
+
+_EPSILON = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class WorkStep:
+    """What the task in hand wants: motion, the path to announce, and news for the server."""
+
+    speed: float
+    turn_rate: float
+    path_map: Floats
+    news: list[Message] = field(default_factory=list)
+
+
+class TaskWork:
+    """Works on one task at a time; an award replaces what was in hand.
+
+    Args:
+        navigator: drives to places.
+        body: its limits.
+        settings: when a place counts as reached, how often progress is told.
+    """
+
+    def __init__(self, navigator: Navigator, body: Body, settings: TaskSettings) -> None:
+        self._navigator = navigator
+        self._drive = body.drive
+        self._settings = settings
+        self._award: Award | None = None
+        self._awarded = -math.inf
+        self._next_progress = 0.0
+        self._ended: set[int] = set()
+
+    @property
+    def wants_bids(self) -> bool:
+        """Whether the robot is free for, or at work on, exploration."""
+        return self._award is None or self._award.kind in ("explore", "wait")
+
+    def award(self, award: Award, now: float) -> list[Message]:
+        """Take a task; one that was ended already is told again, one in hand goes on."""
+        if award.task in self._ended:
+            return [TaskEnd(task=award.task, outcome="done", reason="ended before")]
+        current = self._award
+        if current is not None and award.task < current.task:
+            return []  # a late copy of an older award
+        self._award, self._awarded = award, now
+        if current is not None and current.task == award.task:
+            return []
+        self._next_progress = now
+        if award.kind in ("drive", "pause"):
+            self._navigator.clear()
+            return []
+        near = self._settings.arrive_visit_m
+        if award.kind != "visit":
+            near = self._settings.arrive_explore_m
+        self._navigator.set_goal(award.goal_map, near)
+        return []
+
+    def terminate(self, task: int) -> None:
+        """The server takes a task back."""
+        if self._award is not None and self._award.task == task:
+            self.halt()
+
+    def halt(self) -> None:
+        """Put the task in hand down."""
+        if self._award is not None:
+            self._ended.add(self._award.task)
+        self._award = None
+        self._navigator.clear()
+
+    def step(
+        self,
+        now: float,
+        T_map_base: Pose2,
+        points_base: Floats,
+        teammates: Sequence[Teammate],
+        bumped: bool,
+        planning_map: PlanningMap,
+    ) -> WorkStep:
+        """Work for one control period.
+
+        Args:
+            now: mission time [s].
+            T_map_base: where the robot is, map frame.
+            points_base: (n, 2) [m] end points of the last scan, base frame.
+            teammates: the others.
+            bumped: whether the body touches something.
+            planning_map: the team's map.
+        """
+        award = self._award
+        if award is not None and award.kind == "drive":
+            return self._by_hand(award, now)
+        step = self._navigator.step(now, T_map_base, points_base, teammates, bumped, planning_map)
+        news: list[Message] = []
+        if award is not None:
+            news = self._news(award, step.status, step.remaining_m, now)
+        return WorkStep(step.speed, step.turn_rate, np.asarray(step.path_map), news)
+
+    def _by_hand(self, award: Award, now: float) -> WorkStep:
+        """An operator drives; without fresh words the robot halts."""
+        fresh = now - self._awarded <= self._settings.drive_timeout_s
+        limits = self._drive
+        speed = _clipped(award.speed_m_s, limits.speed_max_m_s) if fresh else 0.0
+        turn_rate = _clipped(award.turn_rate_rad_s, limits.turn_rate_max_rad_s) if fresh else 0.0
+        return WorkStep(speed, turn_rate, np.zeros((0, 2)), self._progress(award, 0.0, now))
+
+    def _news(self, award: Award, status: str, remaining: float, now: float) -> list[Message]:
+        """Return what the server should know about the task now."""
+        if award.kind in ("explore", "visit", "wait") and status == "arrived":
+            return self._end(award, "done", "")
+        if status == "unreachable":
+            return self._end(award, "unreachable", "no way for this body")
+        if status == "stuck":
+            return self._end(award, "failed", "stuck")
+        return self._progress(award, remaining, now)
+
+    def _end(self, award: Award, outcome: str, reason: str) -> list[Message]:
+        """End the task in hand."""
+        self.halt()
+        return [TaskEnd.model_validate({"task": award.task, "outcome": outcome, "reason": reason})]
+
+    def _progress(self, award: Award, remaining: float, now: float) -> list[Message]:
+        """Tell now and then that the robot is at work."""
+        if now < self._next_progress - _EPSILON:
+            return []
+        self._next_progress = now + self._settings.progress_period_s
+        return [TaskProgress(task=award.task, remaining_m=max(remaining, 0.0))]
+
+
+def _clipped(value: float, limit: float) -> float:
+    """Return `value` within +-`limit`."""
+    return max(-limit, min(limit, value))

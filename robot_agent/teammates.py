@@ -1,0 +1,83 @@
+"""What a robot knows of where the others are, and which of its beams hit them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mapping.geometry import Pose2, pose_from
+from mapping.scan import LaserScan
+from protocol.messages import TeamPoses
+from robot_agent.right_of_way import Teammate
+
+_SPEED_ASSUMED = 0.5  # [m/s]; how fast a teammate may have gone since it was heard of
+_AGE_MOST = 1.0  # [s]
+
+
+@dataclass(slots=True)
+class Teammates:
+    """The other robots as the server last told.
+
+    Attributes:
+        own: this robot's name.
+        others: the others, in the order of the server's message.
+    """
+
+    own: str
+    others: tuple[Teammate, ...] = ()
+
+    def hear(self, message: TeamPoses) -> None:
+        """Take over what the server tells."""
+        rows = len(message.robots)
+        if not (
+            rows == len(message.poses_map) == len(message.radii_m) == len(message.uncertainty_m)
+            and rows == len(message.path_lengths) == len(message.busy)
+            and sum(message.path_lengths) == len(message.paths_map)
+        ):
+            return
+        others, start = [], 0
+        for k, name in enumerate(message.robots):
+            end = start + message.path_lengths[k]
+            if name != self.own:
+                stamp = float(message.poses_map[k, 0])
+                others.append(
+                    Teammate(
+                        name=name,
+                        T_map_base=pose_from(message.poses_map[k, 1:]),
+                        stamp=stamp,
+                        radius=float(message.radii_m[k]),
+                        path_map=message.paths_map[start:end].astype(np.float64),
+                        busy=message.busy[k],
+                    )
+                )
+            start = end
+        self.others = tuple(others)
+
+    def mask(self, scan: LaserScan, T_map_base: Pose2, margin: float) -> LaserScan:
+        """Return the scan with all beams ignored that end at a teammate.
+
+        Args:
+            scan: as measured.
+            T_map_base: where it was taken, map frame.
+            margin: around each teammate [m].
+        """
+        if not self.others:
+            return scan
+        hits = np.flatnonzero(scan.hits)
+        points = T_map_base.apply(scan.points_base())
+        masked = np.zeros(len(scan.ranges), dtype=bool)
+        for mate in self.others:
+            age = min(max(scan.stamp - mate.stamp, 0.0), _AGE_MOST)
+            speed = _SPEED_ASSUMED if mate.busy else 0.0
+            reach = mate.radius + margin + speed * age
+            dx, dy = points[:, 0] - mate.T_map_base.x, points[:, 1] - mate.T_map_base.y
+            masked[hits[np.hypot(dx, dy) <= reach]] = True
+        return scan.without(masked)
+
+    def nearest(self, T_map_base: Pose2) -> float:
+        """Return the distance to the nearest other robot's centre [m], infinite without any."""
+        return min(
+            (mate.T_map_base.distance_to(T_map_base) for mate in self.others), default=math.inf
+        )

@@ -1,0 +1,51 @@
+"""The shell of the server process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import zmq.asyncio
+
+from protocol.conduct import bind_router
+from protocol.effects import Note
+from protocol.host import Host
+from protocol.runner import Runner
+from protocol.transports.direct import DirectPeers
+
+
+async def run_server(
+    host: Host,
+    world: str,
+    endpoint: str,
+    robots: Iterable[str],
+    on_note: Callable[[Note], None],
+    keep_going: Callable[[], bool],
+    on_bound: Callable[[str], None] = lambda endpoint: None,
+) -> str:
+    """Run the server of a simulated team; return why it ended.
+
+    Args:
+        host: the host of the server's core.
+        world: the world's endpoint, `tcp://host:port`.
+        endpoint: where operators and observers connect; port 0 takes any free one.
+        robots: names that speak only through the world's relay.
+        on_note: is told each line that the core logs.
+        keep_going: asked all the time; when false the server leaves.
+        on_bound: is told the endpoint once others can connect.
+
+    Raises:
+        OSError: the endpoint cannot be bound.
+        protocol.runner.RefusedError: the world does not take the server in.
+        TimeoutError: the world fell silent.
+    """
+    context = zmq.asyncio.Context()
+    try:
+        socket = bind_router(context, endpoint)
+        on_bound(socket.last_endpoint.decode())
+        try:
+            direct = DirectPeers(socket, frozenset(robots) | {"world", "server"})
+            return await Runner(host, world, on_note, direct, keep_going).run(context)
+        finally:
+            socket.close()
+    finally:
+        context.term()

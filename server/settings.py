@@ -1,0 +1,62 @@
+"""Settings of the server."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from protocol.fields import NotNegative, Positive
+from server.executive_settings import ExecutiveSettings
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class MergerSettings(_Settings):
+    """How scans of all robots become one map.
+
+    A report counts as contradicting the map when at least `known_least` of its end points fall where
+    the map is known and a smaller share than `fit_least` of them lies at walls. A robot is tied to
+    the team's map by its first match with `align_points` end points at walls and a share of
+    `align_fit`.
+    """
+
+    resolution_m: Annotated[float, Field(gt=0.005, le=1.0)] = 0.05
+    known_least: int = 12
+    fit_least: float = 0.5
+    align_points: int = 30
+    align_fit: float = 0.6
+    drift_m: NotNegative = 0.03
+    drift_deg: NotNegative = 0.5
+    search_sigma_m: Positive = 0.1
+    wide_scale: Positive = 9.0
+
+
+class MapSettings(_Settings):
+    """Which cells count as what, and how often the map is published.
+
+    p_obstacle and p_clear are the thresholds p_o and p_c of Simmons et al. 2000.
+    """
+
+    p_obstacle: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.65
+    p_clear: Annotated[float, Field(gt=0.0, lt=0.5)] = 0.35
+    delta_period_s: Positive = 0.5
+    poses_period_s: Positive = 0.3
+    teammate_margin_m: NotNegative = 0.25
+
+
+class ServerSettings(_Settings):
+    """Everything that can be set of the server.
+
+    `cost_weights` multiply the path costs of single robots in the auction.
+    """
+
+    merger: MergerSettings = MergerSettings()
+    map: MapSettings = MapSettings()
+    executive: ExecutiveSettings = ExecutiveSettings()
+    silence_s: Positive = 5.0
+    abandon_s: Positive = 60.0
+    farewell_s: NotNegative = 1.0
+    cost_weights: dict[str, Annotated[float, Field(gt=0.0)]] = {}

@@ -1,0 +1,342 @@
+"""The world: plays bodies, sensors and links of a simulated team, and keeps the truth to itself.
+
+A core like the others (see `protocol.effects`): commands and radio frames in, body frames and
+forwarded frames out, one physics step a tick. Mission time is its own: instants of `step_s`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mapping.geometry import IDENTITY, Pose2
+from protocol import body as description
+from protocol.codec import decode
+from protocol.effects import (
+    Effect,
+    Event,
+    Note,
+    Passing,
+    PassOn,
+    PeerLeft,
+    Received,
+    Rejected,
+    Send,
+    Stop,
+    Strike,
+)
+from protocol.errors import ProtocolError
+from protocol.messages import SERVER, Hello, MapRequest, StopRequest
+from protocol.world_messages import BodyFrame, Finished, Join, Joined, MotionCommand
+from sim_world import kinematics
+from sim_world.judge import Judge
+from sim_world.lidar import LaserSpec, measure
+from sim_world.relay import Outage, Relay
+from sim_world.scene import Scene
+from sim_world.settings import ScriptedFault, WorldSettings
+
+_NO_SWEEP = np.zeros(0, dtype=np.float32)
+_EPSILON = 1e-9
+_GRACE_S = 30.0  # how long after the time limit the server may still tidy up
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSpec:
+    """A robot as the world makes it: name, body, true start, and the start it is told."""
+
+    name: str
+    body: description.Body
+    T_world_start: Pose2
+    T_map_start: Pose2
+
+
+@dataclass(slots=True)
+class _Robot:
+    """A robot's body in the world."""
+
+    spec: RobotSpec
+    limits: kinematics.Body
+    laser: LaserSpec
+    motion: kinematics.Motion
+    rng: np.random.Generator
+    T_wheel_base: Pose2 = IDENTITY
+    command: tuple[float, float] = (0.0, 0.0)
+    command_stamp: float = -math.inf
+    next_sweep: float = 0.0
+    connected: bool = False
+    bumped: bool = False
+    path: float = 0.0
+    bumps: int = 0
+    track: list[tuple[float, float, float, float]] = field(default_factory=list)
+
+
+class World:
+    """The core of the world process.
+
+    Args:
+        scene: what is solid.
+        robots: the team's bodies.
+        settings: time, starts, links, faults.
+        judge: measures the server's map.
+        rng: source of all noise.
+        lockstep: whether mission time waits for the processes.
+        time_limit: mission time at which the mission must be over [s]; None for never.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        robots: Sequence[RobotSpec],
+        settings: WorldSettings,
+        judge: Judge,
+        rng: np.random.Generator,
+        lockstep: bool = True,
+        time_limit: float | None = None,
+    ) -> None:
+        self._scene = scene
+        self._settings = settings
+        self._lockstep = lockstep
+        self._time_limit = time_limit
+        self.judge = judge
+        streams = rng.spawn(len(robots) + 1)
+        self._motion_rng = streams[0]
+        self.robots = {
+            spec.name: _new_robot(spec, stream)
+            for spec, stream in zip(robots, streams[1:], strict=True)
+        }
+        self.relay = Relay(tuple(self.robots), _outages(settings.faults))
+        self._faults = _schedule(settings.faults)
+        self._next_tick = 0.0
+        self._next_judging = 0.0
+        self._now = 0.0
+        self._observing = False
+        self._stop_sent = False
+        self.finished: Finished | None = None
+
+    def next_deadline(self) -> float | None:
+        """Every instant is the world's."""
+        return self._next_tick
+
+    def handle(self, event: Event, now: float) -> list[Effect]:
+        """Take commands, joins and passing frames."""
+        if isinstance(event, Passing):
+            return self._pass_on(event, now)
+        if isinstance(event, PeerLeft):
+            return self._left(event.peer)
+        if isinstance(event, Rejected):
+            return [Note("warning", f"dropped a frame of {event.source}: {event.reason}")]
+        return self._received(event, now)
+
+    def tick(self, now: float) -> list[Effect]:
+        """Let time pass up to `now`: move bodies, sweep lasers, strike faults, judge."""
+        effects: list[Effect] = []
+        if not self._observing and now > 0.0:
+            effects.append(Send("uplink", SERVER, Hello(role="observer")))
+        self._move(now)
+        effects += self._strike(now)
+        effects += self._sense(now)
+        effects += self._judge(now)
+        self._next_tick = now + 0.5 * self._settings.step_s
+        if self._time_limit is not None and now > self._time_limit + _GRACE_S:
+            effects.append(Stop("time_limit"))
+        return effects
+
+    @property
+    def now(self) -> float:
+        """Mission time up to which the world has moved [s]."""
+        return self._now
+
+    # --- messages ---------------------------------------------------------------------------
+
+    def _received(self, event: Received, now: float) -> list[Effect]:
+        message, source = event.message, event.header.source
+        if isinstance(message, Join):
+            return [Send(event.channel, source, self._joined(source, now))]
+        if isinstance(message, MotionCommand) and source in self.robots:
+            robot = self.robots[source]
+            robot.command = (message.speed_m_s, message.turn_rate_rad_s)
+            robot.command_stamp = now
+        elif isinstance(message, Finished) and source == SERVER:
+            self.finished = message
+            return [Stop(message.ended)]
+        return []
+
+    def _joined(self, name: str, now: float) -> Joined:
+        """Switch a robot's body on, or greet the server."""
+        common = {"lockstep": self._lockstep, "now_s": now, "step_s": self._settings.step_s}
+        robot = self.robots.get(name)
+        if robot is None:
+            return Joined(**common)
+        robot.connected = True
+        robot.T_wheel_base = IDENTITY
+        robot.next_sweep = now
+        perturbed = self._settings.perturb_starts
+        return Joined(
+            **common,
+            body=robot.spec.body,
+            start=robot.spec.T_map_start,
+            start_sigma_m=self._settings.start_error_m if perturbed else 0.0,
+            start_sigma_deg=self._settings.start_error_deg if perturbed else 0.0,
+        )
+
+    def _left(self, peer: str) -> list[Effect]:
+        """A process is gone: its body stays where it is; without a server nothing can go on."""
+        if peer in self.robots:
+            self.robots[peer].connected = False
+            self.robots[peer].command = (0.0, 0.0)
+            return [Note("warning", f"the process of {peer} is gone; its body stands still")]
+        if peer == SERVER and self.finished is None:
+            return [Note("error", "the server is gone"), Stop("failed")]
+        return []
+
+    def _pass_on(self, event: Passing, now: float) -> list[Effect]:
+        """Relay a frame of the radio, or hear one that the server sends to the judge."""
+        header = event.header
+        if event.channel == "radio":
+            receivers = self.relay.carry(header.source, header, event.frame, now)
+            return [PassOn("uplink" if r == SERVER else "radio", r, event.frame) for r in receivers]
+        if header.to == "world":
+            return self._hear(event)
+        receivers = self.relay.carry(SERVER, header, event.frame, now)
+        return [PassOn("radio", receiver, event.frame) for receiver in receivers]
+
+    def _hear(self, event: Passing) -> list[Effect]:
+        """The judge hears what the server publishes."""
+        self._observing = True
+        try:
+            _, message = decode(event.frame)
+        except ProtocolError as error:
+            return [Note("warning", f"the judge cannot read the server: {error}")]
+        truth = {name: robot.motion.T_world_base for name, robot in self.robots.items()}
+        if self.judge.hear(message, truth):
+            return []
+        return [Send("uplink", SERVER, MapRequest(have=self.judge.number))]
+
+    # --- physics ----------------------------------------------------------------------------
+
+    def _move(self, now: float) -> None:
+        """Drive all bodies from the last instant to `now`."""
+        dt, self._now = now - self._now, now
+        if dt <= 0.0:
+            return
+        robots = list(self.robots.values())
+        for robot in robots:
+            if now - robot.command_stamp > self._settings.command_timeout_s:
+                robot.command = (0.0, 0.0)
+        steps = kinematics.step_bodies(
+            [robot.motion for robot in robots],
+            [robot.command for robot in robots],
+            dt,
+            self._scene,
+            [robot.limits for robot in robots],
+            self._motion_rng,
+        )
+        for robot, step in zip(robots, steps, strict=True):
+            robot.motion = step.motion
+            robot.T_wheel_base = robot.T_wheel_base @ step.T_before_after
+            robot.bumped = step.bumped
+            robot.bumps += step.bumped
+            robot.path += step.travelled
+
+    def _sense(self, now: float) -> list[Effect]:
+        """Return the body frames of all robots whose software is there."""
+        effects: list[Effect] = []
+        for name, robot in self.robots.items():
+            sweep = now >= robot.next_sweep - _EPSILON
+            if sweep:
+                robot.next_sweep = now + robot.spec.body.lidar.period_s
+                T_world_base = robot.motion.T_world_base
+                robot.track.append((now, T_world_base.x, T_world_base.y, T_world_base.theta))
+            if robot.connected:
+                frame = BodyFrame(
+                    stamp_s=now,
+                    T_wheel_base=robot.T_wheel_base,
+                    bumped=robot.bumped,
+                    ranges=self._sweep(robot) if sweep else _NO_SWEEP,
+                )
+                effects.append(Send("body", name, frame))
+        return effects
+
+    def _sweep(self, robot: _Robot) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
+        """Return one sweep of a robot's laser; the other robots are solid."""
+        others = [
+            (other.motion.T_world_base.x, other.motion.T_world_base.y, other.limits.radius)
+            for other in self.robots.values()
+            if other is not robot
+        ]
+        ranges = measure(
+            robot.motion.T_world_base @ robot.laser.T_base_laser,
+            self._scene,
+            np.array(others, dtype=np.float64).reshape(-1, 3),
+            robot.laser,
+            robot.rng,
+        )
+        return np.asarray(ranges, dtype=np.float32).reshape(-1)
+
+    # --- faults and judging -----------------------------------------------------------------
+
+    def _strike(self, now: float) -> list[Effect]:
+        """Let the scripted faults that are due strike."""
+        effects: list[Effect] = []
+        while self._faults and self._faults[0][0] <= now + _EPSILON:
+            _, name, kind = self._faults.pop(0)
+            effects.append(Note("info", f"scripted fault at {now:.1f} s: {kind} {name}"))
+            if kind in ("kill", "restart"):
+                self.robots[name].connected = False
+            effects.append(Strike(name, kind))
+        return effects
+
+    def _judge(self, now: float) -> list[Effect]:
+        """Measure the coverage when it is time; end the mission when it is enough."""
+        if now < self._next_judging - _EPSILON:
+            return []
+        self._next_judging = now + self._settings.judge_period_s
+        covered = self.judge.measure(now)
+        wanted = self._settings.stop_at_coverage
+        if wanted is None or covered < wanted or self._stop_sent:
+            return []
+        self._stop_sent = True
+        return [Send("uplink", SERVER, StopRequest(ended="coverage"))]
+
+
+def _new_robot(spec: RobotSpec, rng: np.random.Generator) -> _Robot:
+    """Put a robot's body at its start."""
+    drive, lidar = spec.body.drive, spec.body.lidar
+    limits = kinematics.Body(
+        radius=spec.body.radius_m,
+        speed_max=drive.speed_max_m_s,
+        turn_rate_max=drive.turn_rate_max_rad_s,
+        acceleration_max=drive.acceleration_max_m_s2,
+        turn_acceleration_max=drive.turn_acceleration_max_rad_s2,
+        noise=kinematics.OdometryNoise(
+            drive.noise_distance, math.radians(drive.noise_heading_deg_m), drive.noise_turn
+        ),
+    )
+    laser = LaserSpec(
+        lidar.beams, lidar.bearing_start, lidar.bearing_step, lidar.range_max_m, lidar.noise_m
+    )
+    return _Robot(spec, limits, laser, kinematics.Motion(spec.T_world_start), rng)
+
+
+def _outages(faults: Sequence[ScriptedFault]) -> tuple[Outage, ...]:
+    """Return the cuts of radio links among the scripted faults."""
+    return tuple(
+        Outage(fault.robot, fault.at_s, fault.at_s + fault.duration_s)
+        for fault in faults
+        if fault.kind == "cut_link"
+    )
+
+
+def _schedule(faults: Sequence[ScriptedFault]) -> list[tuple[float, str, str]]:
+    """Return the strikes (time, robot, kind) of the scripted faults, in order of time."""
+    strikes = []
+    for fault in faults:
+        if fault.kind == "freeze":
+            strikes.append((fault.at_s, fault.robot, "freeze"))
+            strikes.append((fault.at_s + fault.duration_s, fault.robot, "thaw"))
+        elif fault.kind != "cut_link":
+            strikes.append((fault.at_s, fault.robot, fault.kind))
+    return sorted(strikes)
