@@ -14,7 +14,6 @@ from mapping.geometry import Pose2, wrap_angle
 from protocol.host import Host
 from robot_agent.agent import Agent
 from server.master import Master
-from server.task_executive import TaskExecutive
 from sim_world.errors import WorldError
 from sim_world.judge import Judge
 from sim_world.starts import check_starts
@@ -138,9 +137,8 @@ def server_host(team: TeamSettings) -> Host:
 
     def build(_: int) -> Master:
         strategy = load_strategy(team.mission.strategy, team.strategy)
-        executive = TaskExecutive(settings.executive, strategy)
         names = [member.name for member in members]
-        return Master(settings, executive, names, team.mission.max_time_s)
+        return Master(settings, strategy, team.mission.strategy, names, team.mission.max_time_s)
 
     return Host(SERVER_NAME, build)
 

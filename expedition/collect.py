@@ -38,7 +38,7 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
         "robots": robots,
         "single_clear": single,
         "union_clear": union,
-        "tasks": master.executive.events,
+        "tasks": master.executive.happenings,
         "remaining": master.executive.remaining(),
         "pose_graph": PoseGraphRecord(_chains(master)),
         "events": [
@@ -131,5 +131,3 @@ def launch_part(team: TeamSettings, stage: Stage, version: str) -> dict[str, Any
         "config": team.model_dump(mode="json"),
         "robots": {m.name: {"radius_m": m.body.radius_m} for m in team.members()},
     }
-
-

@@ -49,3 +49,8 @@ def compiled(function: _Function) -> _Function:
     NUMBA_DISABLE_JIT=1 executes every loop as plain Python, where numpy does check.
     """
     return cast(_Function, numba.njit(cache=True, nogil=True, error_model="numpy")(function))
+
+
+def cache_is_cold() -> bool:
+    """Whether nothing of these sources was compiled on this machine yet."""
+    return not any(Path(os.environ["NUMBA_CACHE_DIR"]).glob("**/*.nbi"))

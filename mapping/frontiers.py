@@ -60,35 +60,52 @@ def find_frontiers(
     if window.empty:
         none = np.empty(0, dtype=np.int64)
         return Frontiers(np.empty((0, 2), dtype=np.int64), none, none)
-    marks = _frontier_marks(classes, window)
-    seeds = np.flatnonzero(marks)
-    chosen, component, size = _representatives(
-        marks.view(np.uint8), seeds, max(spacing_cells, 1), min_cells
+    marks = _frontier_marks(
+        np.ascontiguousarray(classes), window.iy0, window.ix0, window.iy1, window.ix1
     )
+    seeds = np.flatnonzero(marks.view(np.bool_))
+    chosen, component, size = _representatives(marks, seeds, max(spacing_cells, 1), min_cells)
     iy, ix = np.divmod(chosen, marks.shape[1])
     return Frontiers(np.column_stack((iy + window.iy0 - 1, ix + window.ix0 - 1)), component, size)
 
 
-def _frontier_marks(classes: npt.NDArray[np.uint8], window: CellBox) -> npt.NDArray[np.bool_]:
-    """Return which cells of a window are frontier cells.
+@compiled
+def _frontier_marks(
+    classes: npt.NDArray[np.uint8], iy0: int, ix0: int, iy1: int, ix1: int
+) -> npt.NDArray[np.uint8]:
+    """Return 1 for each frontier cell of a window and 0 elsewhere.
 
-    The result has one row and column more than the window on each side, all False, so that walks
-    over it need no bounds check.
+    The result has one row and column more than the window on each side, all 0, so that walks over
+    it need no bounds check. On the grid's edge a clear cell stands in for its missing neighbour.
     """
     rows, cols = classes.shape
-    below, left = min(window.iy0, 1), min(window.ix0, 1)
-    above, right = min(rows - window.iy1, 1), min(cols - window.ix1, 1)
-    near = classes[window.iy0 - below : window.iy1 + above, window.ix0 - left : window.ix1 + right]
-    unknown = near == UNKNOWN
-    beside = np.zeros(near.shape, dtype=np.bool_)
-    beside[1:] |= unknown[:-1]
-    beside[:-1] |= unknown[1:]
-    beside[:, 1:] |= unknown[:, :-1]
-    beside[:, :-1] |= unknown[:, 1:]
-    beside &= near == CLEAR
-    height, width = window.iy1 - window.iy0, window.ix1 - window.ix0
-    marks = np.zeros((height + 2, width + 2), dtype=np.bool_)
-    marks[1:-1, 1:-1] = beside[below : below + height, left : left + width]
+    marks = np.zeros((iy1 - iy0 + 2, ix1 - ix0 + 2), dtype=np.uint8)
+    inner0, inner1 = max(ix0, 1), min(ix1, cols - 1)
+    for iy in range(iy0, iy1):
+        here, row = classes[iy], marks[iy - iy0 + 1]
+        below, above = classes[max(iy - 1, 0)], classes[min(iy + 1, rows - 1)]
+        middle, left, right = (
+            here[inner0:inner1],
+            here[inner0 - 1 : inner1 - 1],
+            here[inner0 + 1 : inner1 + 1],
+        )
+        under, over = below[inner0:inner1], above[inner0:inner1]
+        out = row[inner0 - ix0 + 1 : inner1 - ix0 + 1]
+        for k in range(inner1 - inner0):
+            out[k] = (middle[k] == CLEAR) & (
+                (under[k] == UNKNOWN)
+                | (over[k] == UNKNOWN)
+                | (left[k] == UNKNOWN)
+                | (right[k] == UNKNOWN)
+            )
+        for ix in (0, cols - 1):
+            if ix0 <= ix < ix1 and here[ix] == CLEAR:
+                row[ix - ix0 + 1] = (
+                    (below[ix] == UNKNOWN)
+                    | (above[ix] == UNKNOWN)
+                    | (here[max(ix - 1, 0)] == UNKNOWN)
+                    | (here[min(ix + 1, cols - 1)] == UNKNOWN)
+                )
     return marks
 
 

@@ -15,8 +15,8 @@ from mapping.geometry import Floats, Pose2
 from mapping.grid import CellBox, GridGeometry, OccupancyGrid, Padding
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings, integrate_scan, scan_extent
-from mapping.scan_points import scan_points, turned_points
 from mapping.scan_matching import MatchResult, MatchSettings, match, posterior_density
+from mapping.scan_points import scan_points, turned_points
 from mapping.surface_map import SurfaceMap, SurfaceSettings
 
 

@@ -43,9 +43,10 @@ def line_care(
     while crossed_y < rise or crossed_x < run:
         # The line leaves the cell where (2 n + 1) / (2 rise) of it, or of the run, are behind.
         along_x, along_y = (2 * crossed_x + 1) * rise, (2 * crossed_y + 1) * run
-        if along_x == along_y:
-            if weights[iy + dy, ix] == BLOCKED or weights[iy, ix + dx] == BLOCKED:
-                return np.inf, 0
+        if along_x == along_y and (
+            weights[iy + dy, ix] == BLOCKED or weights[iy, ix + dx] == BLOCKED
+        ):
+            return np.inf, 0
         if along_x <= along_y:
             ix += dx
             crossed_x += 1

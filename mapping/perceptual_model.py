@@ -38,9 +38,9 @@ class PerceptionSettings:
             map's errors; with 1 the covariances would come out far too small.
     """
 
-    sigma: float = 0.05
+    sigma: float = 0.03
     outlier: float = 0.05
-    beam_weight: float = 0.3
+    beam_weight: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,9 @@ class IntegrationSettings:
         highest: clamp of the log-odds of occupied cells.
         clear_margin: a beam clears cells up to this distance before its end point [m]: about one
             cell, so that range noise does not eat the wall, yet the cell in front of it is cleared.
+        fill_between: whether the space between two neighbouring beams counts as seen as far as the
+            shorter one, so that a few scans leave no comb of unseen cells far out. Cells that
+            count as occupied are neither cleared nor passed that way.
     """
 
     hit: float = 0.9
@@ -36,6 +39,7 @@ class IntegrationSettings:
     lowest: float = -4.0
     highest: float = 4.0
     clear_margin: float = 0.05
+    fill_between: bool = False
 
 
 def beam_ends(scan: LaserScan, T_map_base: Pose2) -> tuple[Floats, npt.NDArray[np.bool_]]:
@@ -92,10 +96,22 @@ def integrate_scan(
         return EMPTY_BOX
     ends, hits = beam_ends(scan, T_map_base)
     T_map_laser = T_map_base @ scan.T_base_laser
+    between = np.zeros((0, 2))
+    if settings.fill_between:
+        rays = _rays_between(
+            scan.ranges,
+            scan.bearing_start,
+            scan.bearing_step,
+            scan.range_max,
+            geometry.resolution,
+            settings.clear_margin,
+        )
+        between = T_map_laser.apply(rays)
     _integrate(
         grid.log_odds,
         ends,
         hits,
+        between,
         T_map_laser.x,
         T_map_laser.y,
         (geometry.origin_x, geometry.origin_y, geometry.resolution),
@@ -112,6 +128,7 @@ def _integrate(
     log_odds: npt.NDArray[np.float32],
     ends: Floats,
     hits: npt.NDArray[np.bool_],
+    between: Floats,
     x0: float,
     y0: float,
     lattice: tuple[float, float, float],
@@ -124,6 +141,7 @@ def _integrate(
 
     Args:
         lattice: (origin_x, origin_y, resolution) [m].
+        between: (M, 2) ends [m] of rays that clear what is not occupied, map frame.
         box: (iy0, ix0, iy1, ix1), the cells that may change.
         weights: (hit, miss, lowest, highest) log-odds.
     """
@@ -153,6 +171,53 @@ def _integrate(
             np.float32(lowest),
             np.float32(keep_above),
         )
+    for i in range(between.shape[0]):
+        _clear_beam(
+            log_odds,
+            seen,
+            (x0 - origin_x) / resolution,
+            (y0 - origin_y) / resolution,
+            (between[i, 0] - x0) / resolution,
+            (between[i, 1] - y0) / resolution,
+            0.0,
+            iy0,
+            ix0,
+            np.float32(miss),
+            np.float32(lowest),
+            np.float32(0.0),
+        )
+
+
+@compiled
+def _rays_between(
+    ranges: npt.NDArray[np.float32],
+    start: float,
+    step: float,
+    range_max: float,
+    resolution: float,
+    margin: float,
+) -> Floats:
+    """Return the ends (N, 2) [m] of rays that close the gaps between beams, laser frame.
+
+    Neighbouring rays are at most a cell apart at their ends; each is as long as the shorter of
+    the two beams beside it, less the margin. A beam to be ignored closes no gap.
+    """
+    count = 0
+    for i in range(len(ranges) - 1):
+        reach = min(min(ranges[i], ranges[i + 1]), range_max) - margin
+        if reach > 0.0:
+            count += max(math.ceil(abs(step) * reach / resolution) - 1, 0)
+    ends = np.empty((count, 2))
+    k = 0
+    for i in range(len(ranges) - 1):
+        reach = min(min(ranges[i], ranges[i + 1]), range_max) - margin
+        if reach > 0.0:
+            gaps = max(math.ceil(abs(step) * reach / resolution), 1)
+            for j in range(1, gaps):
+                bearing = start + step * (i + j / gaps)
+                ends[k, 0], ends[k, 1] = reach * math.cos(bearing), reach * math.sin(bearing)
+                k += 1
+    return ends
 
 
 @compiled

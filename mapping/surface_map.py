@@ -47,6 +47,7 @@ class SurfaceSettings:
         fit_radius: the line through a wall cell is fitted to the cells up to this far [cells].
         hits_cap: a cell counts in a fit like at most this many end points.
         memory: a cell's mean forgets older end points as if it only ever held this many.
+        doubt: a wall fitted to n end points counts n / (n + doubt) as much as a well known one.
         line_below: ratio of widths (variance across / variance along) below which the wall counts
             as a line: no pull along it.
         blob_above: ratio above which it counts as a blob that pulls alike in all directions.
@@ -54,9 +55,10 @@ class SurfaceSettings:
 
     occupied_above: float = 0.4
     reach: int = 8
-    fit_radius: int = 3
+    fit_radius: int = 2
     hits_cap: float = 10.0
     memory: float = 60.0
+    doubt: float = 1.0
     line_below: float = 0.2
     blob_above: float = 0.5
 
@@ -128,7 +130,7 @@ class SurfaceMap:
             )  # fmt: skip
         _refit(
             dirty[: self.count], self.owned, self.occupied, self.cells, self.sums, self.surfels,
-            settings.fit_radius, settings.hits_cap, (settings.line_below, settings.blob_above),
+            settings.fit_radius, settings.hits_cap, settings.doubt, (settings.line_below, settings.blob_above),
         )  # fmt: skip
 
     def _reserve(self, more: int) -> None:
@@ -300,6 +302,7 @@ def _refit(
     surfels: Floats,
     radius: int,
     cap: float,
+    doubt: float,
     ratios: tuple[float, float],
 ) -> None:
     """Fit the surfels anew in whose neighbourhood something changed."""
@@ -314,7 +317,7 @@ def _refit(
                 j = owned[layer, iy, ix]
                 if j >= 0 and occupied[j] and not again[j]:
                     again[j] = True
-                    _fit_surfel(j, owned, occupied, cells, sums, surfels, radius, cap, ratios)
+                    _fit_surfel(j, owned, occupied, cells, sums, surfels, radius, cap, doubt, ratios)
 
 
 @compiled
@@ -327,6 +330,7 @@ def _fit_surfel(
     surfels: Floats,
     radius: int,
     cap: float,
+    doubt: float,
     ratios: tuple[float, float],
 ) -> None:
     """Fit a line to the end points around surfel `k`; how much it is a line shapes its matrix."""
@@ -360,6 +364,7 @@ def _fit_surfel(
     # A blob sits at its own cell's mean, a line passes through the mean of all.
     surfels[k, 0] = x0 + (1.0 - blob) * mx
     surfels[k, 1] = y0 + (1.0 - blob) * my
-    surfels[k, 2] = nx * nx + blob * ny * ny
-    surfels[k, 3] = nx * ny * (1.0 - blob)
-    surfels[k, 4] = ny * ny + blob * nx * nx
+    trust = n / (n + doubt)
+    surfels[k, 2] = trust * (nx * nx + blob * ny * ny)
+    surfels[k, 3] = trust * (nx * ny * (1.0 - blob))
+    surfels[k, 4] = trust * (ny * ny + blob * nx * nx)

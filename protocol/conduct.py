@@ -56,6 +56,11 @@ def bind_router(context: zmq.asyncio.Context, endpoint: str) -> zmq.asyncio.Sock
     return socket
 
 
+def bound_endpoint(socket: zmq.asyncio.Socket) -> str:
+    """Return where a bound socket really listens; port 0 was replaced by a free one."""
+    return bytes(socket.getsockopt(zmq.LAST_ENDPOINT)).rstrip(b"\0").decode()
+
+
 class Stage:
     """The bound socket of a simulated team and who is on it.
 

@@ -69,7 +69,7 @@ class Conductor:
         self.awaited: set[str] = set()
         self.notes: list[Note] = []
         self.stopped: str | None = None
-        self._departed: list[str] = []
+        self._departed: dict[str, list[Parcel]] = {}
         self._lives: Counter[str] = Counter()
 
     @property
@@ -85,24 +85,24 @@ class Conductor:
         return incarnation
 
     def left(self, name: str) -> None:
-        """A process is gone; the world hears of it at the next instant."""
-        if self.members.pop(name, None) is not None:
+        """A process is gone; the world hears of it, after its last words, at the next instant."""
+        member = self.members.pop(name, None)
+        if member is not None:
             self.awaited.discard(name)
-            self._departed.append(name)
+            self._departed[name] = member.sent
 
     def begin(self) -> list[Bundle]:
         """Move the world to the next instant; return the bundles of all members that are due."""
         self.instant += 1
         now = self.now
-        for name in self._departed:
-            self._send(self.world.peer_left("body", name, now))
-        self._departed.clear()
-        arrivals = []
-        for name in sorted(self.members):
-            member = self.members[name]
-            arrivals += member.sent
+        sent = {name: member.sent for name, member in self.members.items()} | self._departed
+        arrivals = [parcel for name in sorted(sent) for parcel in sent[name]]
+        for member in self.members.values():
             member.sent = []
+        departed, self._departed = sorted(self._departed), {}
         self._send(self.world.advance(arrivals, now))
+        for name in departed:
+            self._send(self.world.peer_left("body", name, now))
         bundles = [bundle for name in sorted(self.members) if (bundle := self._bundle(name, now))]
         self.awaited = {bundle.member for bundle in bundles if bundle.strike != "kill"}
         return bundles

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mapping.geometry import IDENTITY, Pose2
+from mapping.geometry import IDENTITY, Pose2, wrap_angle
 from mapping.scan import LaserScan
 from protocol import messages as words
 from protocol.body import Body
@@ -24,10 +24,11 @@ from robot_agent.navigation import Navigator
 from robot_agent.planning_map import PlanningMap
 from robot_agent.settings import RobotSettings
 from robot_agent.task_work import TaskWork
-from robot_agent.teammates import Teammates
+from robot_agent.team_view import Teammates
 
 _EPSILON = 1e-9
 _NO_POINTS = np.zeros((0, 2))
+_FULL_TURN = math.radians(340.0)  # a half-turn lidar has then seen every direction twice
 _PATH_POINTS = 64  # of its path a robot announces this many points, nearest first
 
 
@@ -49,6 +50,8 @@ class Agent:
         self._welcome = False
         self._ended = False
         self._aligned = False
+        self._turned = 0.0
+        self._T_wheel_before: Pose2 | None = None
         self._T_map_odom = IDENTITY
         self._points_base = _NO_POINTS
         self._speed = 0.0
@@ -125,7 +128,7 @@ class Agent:
             LocalMapping(body, settings.mapping),
             planning_map,
             Explorer(body, settings.explorer, planning_map),
-            TaskWork(Navigator(body, settings.navigation), body, settings.task),
+            TaskWork(Navigator(body, settings.navigation, self.name), body, settings.task),
         )
         return self.tick(now)
 
@@ -139,13 +142,14 @@ class Agent:
             mapping.take(self._scan_of(message, mapping), message.T_wheel_base)
             self._points_base = mapping.scan.points_base() if mapping.scan else _NO_POINTS
         mapping.move(message.T_wheel_base)
-        effects = self._drive(message, now)
+        effects = self._look_around(message) or self._drive(message, now)
         if not self._welcome:
             return effects
         if len(message.ranges) and mapping.report_due(self._aligned):
             effects.append(Send("radio", SERVER, mapping.report()))
         T_map_base = self._T_map_odom @ mapping.T_odom_base
-        if self._aligned and not self._ended and work.wants_bids:
+        ready = self._aligned and self._looked and not self._ended
+        if ready and work.wants_bids:
             bid = explorer.bid(T_map_base, self._teammates.others, now)
             effects += [Send("radio", SERVER, bid)] if bid else []
         return [*effects, *self._heartbeat(mapping, planning_map, now)]
@@ -165,6 +169,23 @@ class Agent:
         mapping.move(frame.T_wheel_base)
         T_map_base = self._T_map_odom @ mapping.T_odom_base
         return self._teammates.mask(scan, T_map_base, self.settings.mapping.teammate_margin_m)
+
+    @property
+    def _looked(self) -> bool:
+        """Whether the robot has seen all that is around its start."""
+        return self._turned >= _FULL_TURN or not self.settings.look_around
+
+    def _look_around(self, frame: BodyFrame) -> list[Effect]:
+        """Turn once on the spot, and on until the server has placed the robot in its map."""
+        assert self._joined is not None
+        if self._T_wheel_before is not None:
+            self._turned += abs(wrap_angle(frame.T_wheel_base.theta - self._T_wheel_before.theta))
+        self._T_wheel_before = frame.T_wheel_base
+        if self._ended or (self._looked and self._aligned):
+            return []
+        rate = (self._joined.body or Body()).drive.turn_rate_max_rad_s
+        turn = MotionCommand(speed_m_s=0.0, turn_rate_rad_s=rate if self._welcome else 0.0)
+        return [Send("body", "world", turn)]
 
     def _drive(self, frame: BodyFrame, now: float) -> list[Effect]:
         """Let the task in hand drive the body."""

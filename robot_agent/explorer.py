@@ -10,12 +10,16 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from mapping.coarse_gain import coarsen_classes
 from mapping.frontiers import find_frontiers
+from mapping.gain_cache import GainCache
 from mapping.geometry import Floats, Pose2
-from mapping.grid import CellBox
-from mapping.information_gain import coarsen_classes, information_gains
-from mapping.path_planning import cost_field, reachable_near, with_escape
+from mapping.grid import CLEAR, CellBox
+from mapping.information_gain import entropy_weight
+from mapping.path_escape import with_escape
+from mapping.path_planning import cost_field, reachable_near
 from protocol.body import Body
+from protocol.map_cells import dequantise
 from protocol.messages import Bid
 from robot_agent.planning_map import PlanningMap
 from robot_agent.right_of_way import Teammate
@@ -38,6 +42,11 @@ class Explorer:
         self._body = body
         self._settings = settings
         self._map = planning_map
+        self._geometry = planning_map.geometry
+        self._cache = GainCache(body.lidar.range_max_m / self._geometry.resolution)
+        self._changed: list[CellBox] = []
+        steps = np.arange(256, dtype=np.uint8).view(np.int8)
+        self._weight_of_byte = entropy_weight(dequantise(steps))
         self._number = 0
         self._dirty = False
         self._next = 0.0
@@ -45,10 +54,14 @@ class Explorer:
     def map_changed(self, box: CellBox | None) -> None:
         """Note that the map changed, in `box` or (None) all over."""
         self._dirty = True
+        if box is None or self._map.geometry != self._geometry:
+            self._geometry = self._map.geometry
+            self._cache.forget()
+            self._changed.clear()
+        else:
+            self._changed.append(box)
 
-    def bid(
-        self, T_map_base: Pose2, teammates: Sequence[Teammate], now: float
-    ) -> Bid | None:
+    def bid(self, T_map_base: Pose2, teammates: Sequence[Teammate], now: float) -> Bid | None:
         """Return a bid on the map as it is now, or None when there is nothing new to say.
 
         Args:
@@ -63,9 +76,7 @@ class Explorer:
         self._number += 1
         geometry, resolution = self._map.geometry, self._map.geometry.resolution
         spacing = max(1, round(self._settings.spacing_m / resolution))
-        frontiers = find_frontiers(
-            self._map.classes, spacing, self._settings.frontier_cells_min
-        )
+        frontiers = find_frontiers(self._map.classes, spacing, self._settings.frontier_cells_min)
         places, costs, reached = self._costs(T_map_base, frontiers.cells)
         open_cells = frontiers.cells[reached]
         gains, rectangles = self._gains(open_cells)
@@ -95,7 +106,13 @@ class Explorer:
             blocked = np.zeros(len(cells), dtype=np.bool_)
             return geometry.centres_of(cells), np.full(len(cells), np.inf), blocked
         weights = with_escape(
-            self._map.weights, self._map.classes, start, _ESCAPE / geometry.resolution
+            self._map.weights,
+            self._map.classes == CLEAR,
+            self._map.clearance,
+            start,
+            geometry.resolution,
+            _ESCAPE,
+            self._body.radius_m,
         )
         field = cost_field(weights, [start], geometry.resolution)
         reach = self._body.radius_m + self._settings.reach_m
@@ -106,18 +123,18 @@ class Explorer:
     def _gains(self, cells: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return the expected information [m2] at frontier cells and its rectangles [m]."""
         geometry, factor = self._map.geometry, self._settings.coarsening
-        coarse = coarsen_classes(self._map.classes, factor)
-        size = geometry.resolution * factor
-        range_cells = self._body.lidar.range_max_m / size
-        gains, boxes = information_gains(coarse, None, cells // factor, range_cells)
-        corners = boxes.astype(np.float64)[:, [1, 0, 3, 2]] * size
+        weight = None
+        if self._settings.weigh_by_probability:
+            weight = self._weight_of_byte[self._map.cells.view(np.uint8)]
+        coarse = coarsen_classes(self._map.classes, factor, weight)
+        gains, boxes = self._cache.gains(coarse, cells, self._changed)
+        self._changed.clear()
+        corners = boxes.astype(np.float64)[:, [1, 0, 3, 2]] * geometry.resolution
         corners += np.array([geometry.origin_x, geometry.origin_y] * 2)
-        return gains * size * size, corners
+        return gains * geometry.resolution**2, corners
 
     def _best(self, gains: Floats) -> npt.NDArray[np.int64]:
         """Return the rows of the places worth telling: those with a gain, the richest if many."""
         order = np.argsort(-gains, kind="stable")[: self._settings.places_max]
         rows: npt.NDArray[np.int64] = np.sort(order[gains[order] > 0.0])
         return rows
-
-

@@ -9,16 +9,17 @@ from typing import Literal
 
 import numpy as np
 
-from mapping.geometry import Floats, Pose2
+from mapping.geometry import IDENTITY, Floats, Pose2
 from protocol.body import Body
 from robot_agent.avoidance import free_backwards
 from robot_agent.navigation_settings import NavigationSettings
 from robot_agent.planning_map import PlanningMap
 from robot_agent.recovery import Recovery, StallWatch
+from robot_agent.right_of_way import Sighting, Teammate
 from robot_agent.route_choice import Choice, RouteChoice, Situation
 from robot_agent.route_planning import Discs, unmapped_points
+from robot_agent.sightings import STANDS_WITHIN, TeammateTracks
 from robot_agent.steering import Steering
-from robot_agent.teammates import STANDS_WITHIN, Sighting, Teammate, TeammateTracks
 
 Status = Literal["idle", "driving", "arrived", "unreachable", "stuck", "giving_way"]
 
@@ -33,6 +34,8 @@ _BLOCKED_LASTS = 0.5
 _LOOK_OVER = 3.0
 # A robot that made way goes on when its way has been free for this long [s].
 _FREE_LASTS = 0.7
+# Points of an announced path are this far apart: it goes over the radio again and again [m].
+_ANNOUNCED_SPACING = 0.3
 # The end of a path is reached when so little is left of it [m].
 _PATH_END = 0.08
 
@@ -81,7 +84,7 @@ class _Spot:
 class Navigator:
     """Takes one robot to its goals and keeps it out of everybody's way."""
 
-    def __init__(self, name: str, body: Body, settings: NavigationSettings) -> None:
+    def __init__(self, body: Body, settings: NavigationSettings, name: str) -> None:
         """Navigate for the robot `name` with this body."""
         self._body = body
         self._settings = settings
@@ -91,6 +94,8 @@ class Navigator:
         self._watch = StallWatch(settings.recovery)
         self._stood_at = (math.inf, math.inf, 0.0)
         self._spots: list[_Spot] = []
+        self._scan_points: Floats = _NO_PATH
+        self._T_map_scan = IDENTITY
         self.clear()
 
     @property
@@ -143,13 +148,15 @@ class Navigator:
             now: mission time [s].
             T_map_base: where the robot is.
             points_base: (n, 2) [m], end points of the last scan's beams in their order, in the
-                base frame of now: whoever calls carries them along as the robot moves.
+                base frame. They are taken as of the step in which this very array came first, and
+                carried along from then on as the robot moves.
             teammates: what the others announced last.
             bumped: whether the body touches something.
             planning_map: the robot's copy of the team's map.
         """
         others = self._tracks.sightings(now, teammates)
-        scene = _Scene(now, T_map_base, points_base, others, bumped, planning_map)
+        points = self._carried_along(T_map_base, points_base)
+        scene = _Scene(now, T_map_base, points, others, bumped, planning_map)
         if self._fresh:
             self._fresh = False
             self._watch.start(now)
@@ -170,6 +177,13 @@ class Navigator:
         if self._wants_plan(scene):
             self._replan(scene)
         return self._drive(scene)
+
+    def _carried_along(self, T_map_base: Pose2, points_base: Floats) -> Floats:
+        """Return the scan's points (n, 2) [m] in the base frame of now."""
+        if points_base is not self._scan_points:
+            self._scan_points, self._T_map_scan = points_base, T_map_base
+            return points_base
+        return (T_map_base.inverse() @ self._T_map_scan).apply(points_base)
 
     def _note_standing(self, scene: _Scene) -> None:
         """Keep since when the robot has not moved."""
@@ -373,7 +387,7 @@ class Navigator:
             path = plan.route.path
             horizon = min(self._settings.right_of_way.horizon_m, plan.stop_at - path.at)
             if horizon > _PATH_END and path.remaining > _PATH_END:
-                path_map = path.ahead(horizon)
+                path_map = path.ahead(horizon, _ANNOUNCED_SPACING)
             remaining = plan.to_go if plan.giving_way else path.remaining
         return NavigationStep(
             speed, turn_rate, status, path_map, remaining if self._goal else 0.0, reason

@@ -82,11 +82,16 @@ class DrivenPath:
         first, last = np.searchsorted(self.lengths, (self.at, self.at + ahead))
         return float(self.gaps[min(first, len(self.gaps) - 1) : last + 1].min())
 
-    def ahead(self, length: float) -> Floats:
-        """Return the points (n, 2) [m] of the next `length` [m], from where the robot is on it."""
-        first, last = np.searchsorted(self.lengths, (self.at, self.at + length), side="right")
-        here = np.array([self.point_at(self.at)])
-        return np.concatenate((here, self.points_map[first:last]))
+    def ahead(self, length: float, spacing: float = SPACING) -> Floats:
+        """Return the next `length` [m] as points (n, 2) [m], `spacing` apart, from the robot on."""
+        last = min(self.at + length, self.length)
+        wanted = np.append(np.arange(self.at, last, spacing), last)
+        return np.column_stack(
+            (
+                np.interp(wanted, self.lengths, self.points_map[:, 0]),
+                np.interp(wanted, self.lengths, self.points_map[:, 1]),
+            )
+        )
 
     def first_blocked(
         self,

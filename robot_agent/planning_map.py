@@ -27,6 +27,8 @@ from robot_agent.navigation_settings import PlanningMapSettings
 
 # A lattice is common to all maps of one resolution; sizes that differ by less are the same.
 _SAME_RESOLUTION = 1e-9
+# A gap exactly as wide as the body counts as wide enough, however its width was rounded [m].
+_ROUNDING = 1e-4
 
 
 class PlanningMap:
@@ -186,9 +188,9 @@ class PlanningMap:
         self, classes: npt.NDArray[np.uint8], clearance: npt.NDArray[np.float32]
     ) -> npt.NDArray[np.float32]:
         """Return the traversal weights of a part of the grid."""
-        return traversal_weights(
-            classes == CLEAR, clearance, self._body_radius, self._settings.comfort_m
-        )
+        # Clearance is to the middle of an obstacle's cell, whose edge is half a cell nearer.
+        least = self._body_radius + 0.5 * self.geometry.resolution - _ROUNDING
+        return traversal_weights(classes == CLEAR, clearance, least, self._settings.comfort_m)
 
 
 def _box_of(mask: npt.NDArray[np.bool_], box: CellBox) -> CellBox:

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mapping.compiled import compiled
-from mapping.geometry import Floats
+from mapping.geometry import Floats, Pose2
 from robot_agent.navigation_settings import RightOfWaySettings
 from robot_agent.path_following import evenly_spaced
-from robot_agent.teammates import Sighting
 
 # How fast robots are taken to drive when asking when they meet [m/s].
 _USUAL_SPEED = 0.45
@@ -31,6 +30,58 @@ _JOIN_APART = 1.5
 _SAMPLE = 0.15
 # Only robots this near to each other can be jammed [m].
 _JAMMED_WITHIN = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Teammate:
+    """What a teammate announced last.
+
+    Attributes:
+        name: its name, unique in the team.
+        T_map_base: where it was at `stamp`.
+        stamp: mission time of that [s].
+        radius: of its body [m].
+        path_map: (n, 2) [m], what it is about to drive, nearest first; empty if it means to stay.
+        busy: whether it drives for a task.
+    """
+
+    name: str
+    T_map_base: Pose2
+    stamp: float
+    radius: float
+    path_map: Floats
+    busy: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """A teammate and what was made of its announcements.
+
+    Attributes:
+        teammate: its last announcement.
+        x: where it should be now [m], map frame.
+        y: [m].
+        vx: its velocity [m/s], map frame.
+        vy: [m/s].
+        path_map: (n, 2) [m], what it is still to drive, from where it should be now; one point
+            if it stays.
+        stands_since: since when it has not moved [s].
+        silent: whether it has not been heard of for long: it is an obstacle.
+    """
+
+    teammate: Teammate
+    x: float
+    y: float
+    vx: float
+    vy: float
+    path_map: Floats
+    stands_since: float
+    silent: bool
+
+    @property
+    def stays(self) -> bool:
+        """Whether it does not mean to drive anywhere."""
+        return self.silent or len(self.path_map) < 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +147,7 @@ class RightOfWay:
                 continue
             name = other.teammate.name
             swapped = False
-            if not rival.joining:
+            if not rival.joining and len(path_map) > 1:
                 here = (float(path_map[0, 0]), float(path_map[0, 1]))
                 swapped = self._swapped(now, here, stands_since, other)
             lower = (not busy, self._name) > (not other.teammate.busy, name)

@@ -11,12 +11,19 @@ import numpy as np
 from mapping.geometry import Floats
 from robot_agent.navigation_settings import RightOfWaySettings
 from robot_agent.planning_map import PlanningMap
-from robot_agent.right_of_way import RightOfWay, Rival
-from robot_agent.route_planning import Discs, Route, route_out_of_the_way, route_to_goal
-from robot_agent.teammates import Sighting
+from robot_agent.right_of_way import RightOfWay, Rival, Sighting
+from robot_agent.route_planning import (
+    Destination,
+    Discs,
+    Route,
+    route_out_of_the_way,
+    route_to_goal,
+)
 
 # So far beyond the place where two robots would meet the other's path is kept out of [m].
 _BEYOND_MEETING = 1.5
+# So long a wave from the goal serves for an estimate while the map changes [s].
+_AIM_LASTS = 8.0
 # A robot that waits on its own path stops so far before the other's way [m].
 _STOP_BEFORE = 0.15
 
@@ -71,6 +78,7 @@ class RouteChoice:
         self._radius = body_radius
         self._settings = settings
         self._right_of_way = RightOfWay(name, settings)
+        self._destination: Destination | None = None
 
     def rivals(self, now: float, situation: Situation, path_map: Floats) -> list[Rival]:
         """Return the teammates to make way for when driving `path_map` (n, 2) [m]."""
@@ -80,6 +88,7 @@ class RouteChoice:
 
     def choose(self, now: float, situation: Situation, planning_map: PlanningMap) -> Choice:
         """Return what to drive at mission time `now` [s]."""
+        self._aim(now, situation, planning_map)
         direct = self._direct(situation, planning_map)
         here = np.array([situation.here_map])
         reachable = situation.goal_map is None or direct is not None
@@ -93,16 +102,31 @@ class RouteChoice:
         if direct is not None:
             around = self._around(situation, planning_map, rivals)
             most = self._settings.detour_factor * direct.cost + self._settings.detour_m
-            if around is not None and around.cost <= most:
+            fair = around is not None and around.cost <= most
+            if around is not None and fair:
                 if not self.rivals(now, situation, around.path.points_map):
                     return Choice(around, math.inf, False, around.path.length, True)
         route, stop_at = self._out_of_the_way(situation, planning_map, rivals, direct)
         return Choice(route, stop_at, True, to_go, reachable)
 
+    def _aim(self, now: float, situation: Situation, planning_map: PlanningMap) -> None:
+        """Keep what is left to go from anywhere to the goal, by a map that is not too old."""
+        aim, goal = self._destination, situation.goal_map
+        if goal is None:
+            self._destination = None
+            return
+        fits = (
+            aim is not None
+            and aim.goal_map == goal
+            and aim.tolerance == situation.tolerance
+            and aim.to_go.shape == planning_map.geometry.shape
+            and (aim.map_number == planning_map.number or now - aim.stamp < _AIM_LASTS)
+        )
+        if not fits:
+            self._destination = Destination.on_map(planning_map, goal, situation.tolerance, now)
+
     def _direct(self, situation: Situation, planning_map: PlanningMap) -> Route | None:
         """Return the way to the goal past everything that stands; else past what will not move."""
-        if situation.goal_map is None:
-            return None
         standing = self._standing(situation)
         tries = [[*situation.spots, *standing]]
         if tries[0]:
@@ -117,15 +141,10 @@ class RouteChoice:
         self, situation: Situation, planning_map: PlanningMap, keep_out: Sequence[Discs]
     ) -> Route | None:
         """Return the route to the goal that keeps out of some discs."""
-        if situation.goal_map is None:
+        if self._destination is None:
             return None
         return route_to_goal(
-            planning_map,
-            situation.here_map,
-            situation.goal_map,
-            situation.tolerance,
-            self._radius,
-            keep_out,
+            planning_map, situation.here_map, self._destination, self._radius, keep_out
         )
 
     def _standing(self, situation: Situation, silent_only: bool = False) -> list[Discs]:

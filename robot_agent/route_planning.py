@@ -13,15 +13,23 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from mapping.bucket_wave import BLOCKED, STRAIGHT_STEP
 from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2
 from mapping.grid import CLEAR, Cells
-from mapping.bucket_wave import BLOCKED, STRAIGHT_STEP
-from mapping.path_planning import smooth_path
+from mapping.path_escape import ESCAPE_WEIGHT, with_escape
+from mapping.path_planning import cost_field, smooth_path
 from robot_agent.path_following import SPACING, DrivenPath, evenly_spaced
 from robot_agent.planning_map import PlanningMap
-from robot_agent.route_search import Weights, search_way, stamp_discs, standing_places
-from robot_agent.teammates import Sighting
+from robot_agent.right_of_way import Sighting
+from robot_agent.route_search import (
+    NO_ESTIMATE,
+    Units,
+    Weights,
+    search_way,
+    stamp_discs,
+    standing_places,
+)
 
 # A robot that stands where the map says it cannot may leave through cells this near [m].
 _ESCAPE_RADIUS = 0.8
@@ -61,11 +69,54 @@ class Route:
     cost: float
 
 
+@dataclass(frozen=True, slots=True)
+class Destination:
+    """A goal and what is left to go to it from anywhere, by the map of some moment.
+
+    Attributes:
+        goal_map: (x, y) [m]; if it cannot be entered, routes end near it, on the same side of all
+            walls.
+        tolerance: how far from the goal a route may end then [m].
+        to_go: (rows, cols) int32, see `CostField.units`.
+        map_number: number of the map it was made from.
+        stamp: when that was [s].
+    """
+
+    goal_map: tuple[float, float]
+    tolerance: float
+    to_go: Units
+    map_number: int
+    stamp: float
+
+    @classmethod
+    def on_map(
+        cls,
+        planning_map: PlanningMap,
+        goal_map: tuple[float, float],
+        tolerance: float,
+        now: float,
+    ) -> Destination:
+        """Send a wave over the map from the goal, at mission time `now` [s]."""
+        geometry = planning_map.geometry
+        places = _places(planning_map, planning_map.weights, goal_map, tolerance)
+        field = cost_field(planning_map.weights, np.argwhere(places), geometry.resolution)
+        return cls(goal_map, tolerance, field.units, planning_map.number, now)
+
+
+def _places(
+    planning_map: PlanningMap, weights: Weights, goal_map: tuple[float, float], tolerance: float
+) -> Weights:
+    """Return where a route to a goal may end, see `standing_places`."""
+    geometry = planning_map.geometry
+    reach = max(math.floor(tolerance / geometry.resolution), 1)
+    clear = planning_map.classes == CLEAR
+    return standing_places(weights, clear, geometry.cell_at(*goal_map), reach)
+
+
 def route_to_goal(
     planning_map: PlanningMap,
     here_map: tuple[float, float],
-    goal_map: tuple[float, float],
-    tolerance: float,
+    destination: Destination,
     body_radius: float,
     keep_out: Sequence[Discs],
 ) -> Route | None:
@@ -74,19 +125,14 @@ def route_to_goal(
     Args:
         planning_map: the robot's map.
         here_map: (x, y) [m] of the robot.
-        goal_map: (x, y) [m]; if it cannot be entered the route ends near it, on the same side of
-            all walls.
-        tolerance: how far from the goal the route may end then [m].
+        destination: where to, made for a map of the same extent.
         body_radius: of the robot [m].
         keep_out: what to avoid besides the map's obstacles.
     """
-    geometry = planning_map.geometry
-    start = geometry.cell_at(*here_map)
-    goal = geometry.cell_at(*goal_map)
+    start = planning_map.geometry.cell_at(*here_map)
     weights = _weights_with(planning_map, start, body_radius, keep_out)
-    reach = max(math.floor(tolerance / geometry.resolution), 1)
-    target = standing_places(weights, planning_map.classes == CLEAR, goal, reach)
-    return _route(planning_map, weights, here_map, start, target, goal, reach)
+    target = _places(planning_map, weights, destination.goal_map, destination.tolerance)
+    return _route(planning_map, weights, here_map, start, target, destination.to_go)
 
 
 def route_out_of_the_way(
@@ -110,7 +156,7 @@ def route_out_of_the_way(
     target = (planning_map.weights != BLOCKED).view(np.uint8)
     for discs in leave:
         stamp_discs(target, planning_map.geometry, discs.centres_map, discs.radius, 0)
-    return _route(planning_map, weights, here_map, start, target, start, -1)
+    return _route(planning_map, weights, here_map, start, target, NO_ESTIMATE)
 
 
 def _weights_with(
@@ -142,11 +188,10 @@ def _route(
     here_map: tuple[float, float],
     start: tuple[int, int],
     target: Weights,
-    around: tuple[int, int],
-    reach: int,
+    to_go: Units,
 ) -> Route | None:
     """Search, and make a smooth path of the cells found."""
-    cells, units = search_way(weights, start, target, around, reach)
+    cells, units = search_way(weights, start, target, to_go)
     if len(cells) == 0:
         return None
     geometry = planning_map.geometry

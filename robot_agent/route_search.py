@@ -1,8 +1,9 @@
 """Search for the cheapest way over the cells of the planning map, stopped at its target.
 
 The same metric as `mapping.path_planning`: a step costs 5 or 7 times the weight of the cell it
-enters. That module floods the whole map, to know the cost of every frontier; here one way is wanted,
-so the wave is drawn towards the goal and ends there.
+enters. One wave from the goal over the whole map tells what is left to go from anywhere; with that
+for an estimate, later searches visit little more than the way itself, also round obstacles that
+have come up since.
 """
 
 from __future__ import annotations
@@ -18,20 +19,18 @@ from mapping.geometry import Floats
 from mapping.grid import Cells, GridGeometry
 from mapping.path_planning import CostField, path_to
 
-# Estimated totals rise by at most 7 * (9 + 1) in one step: a power of two above that.
-_BUCKETS = 128
-# The longest vector of length 1 costs sqrt(5^2 + 2^2) in the metric of 5 and 7.
-_DEAREST_DIRECTION = 5.386
+# The ring must be longer than estimated totals rise in one step: by a good estimate no more than
+# 2 x 7 x 9; what rises more is put where the ring ends. A power of two.
+_BUCKETS = 256
 
 Weights = npt.NDArray[np.uint8]
+Units = npt.NDArray[np.int32]
+
+NO_ESTIMATE: Units = np.empty((0, 0), dtype=np.int32)
 
 
 def search_way(
-    weights: Weights,
-    start_cell: tuple[int, int],
-    target: Weights,
-    around: tuple[int, int],
-    reach: int,
+    weights: Weights, start_cell: tuple[int, int], target: Weights, to_go: Units
 ) -> tuple[Cells, int]:
     """Return the cheapest way from the start to any target cell.
 
@@ -39,13 +38,13 @@ def search_way(
         weights: (rows, cols) uint8, `BLOCKED` cells are not entered; the start may be blocked.
         start_cell: (iy, ix).
         target: (rows, cols) uint8, not zero where the way may end.
-        around: (iy, ix) of a cell that all targets are near to.
-        reach: no target lies farther from it than this [cells]; negative if nothing is known of
-            where the targets are.
+        to_go: (rows, cols) int32, estimate of what is left from each cell, `UNREACHED` where none
+            is known; `NO_ESTIMATE` to search in all directions alike. Where it says too much, the
+            way found may be a little dearer than the cheapest.
 
     Returns:
-        The cells (n, 2) of the way, start first, and its cost in steps of a fifth of a cell; no
-        cells if no way leads to a target.
+        The cells (n, 2) of the way, start first, and its cost in units of `CostField`; no cells
+        if no way leads to a target.
 
     Source: Hart, Nilsson & Raphael 1968 (A*); the queue is Dial's (1969).
     """
@@ -53,45 +52,36 @@ def search_way(
     rows, cols = weights.shape
     if not (0 <= iy < rows and 0 <= ix < cols):
         return np.empty((0, 2), dtype=np.int64), 0
-    slack = math.ceil(reach * _DEAREST_DIRECTION) if reach >= 0 else -1
-    best, end_iy, end_ix = _drawn_wave(weights, iy, ix, target, around[0], around[1], slack)
+    if to_go.shape == weights.shape:
+        # Stepping down the estimate is the whole search, if nothing has come into that way.
+        cells = path_to(CostField(to_go, 1.0), start_cell)[::-1]
+        if len(cells) and target[tuple(cells[-1])] and weights[tuple(cells[1:].T)].all():
+            return cells, int(to_go[iy, ix])
+    best, end_iy, end_ix = _drawn_wave(weights, iy, ix, target, to_go)
     if end_iy < 0:
         return np.empty((0, 2), dtype=np.int64), 0
     return path_to(CostField(best, 1.0), (end_iy, end_ix)), int(best[end_iy, end_ix])
 
 
 @compiled
-def _estimate(iy: int, ix: int, goal_iy: int, goal_ix: int, slack: int) -> int:
-    """Return what the way on costs at least."""
-    if slack < 0:
-        return 0
-    dy, dx = abs(iy - goal_iy), abs(ix - goal_ix)
-    return max(STRAIGHT_STEP * max(dy, dx) + (DIAGONAL_STEP - STRAIGHT_STEP) * min(dy, dx) - slack, 0)
-
-
-@compiled
 def _drawn_wave(
-    weights: Weights,
-    start_iy: int,
-    start_ix: int,
-    target: Weights,
-    goal_iy: int,
-    goal_ix: int,
-    slack: int,
-) -> tuple[npt.NDArray[np.int32], int, int]:
-    """Return the costs settled so far and the target cell met first, (-1, -1) if there is none."""
+    weights: Weights, start_iy: int, start_ix: int, target: Weights, to_go: Units
+) -> tuple[Units, int, int]:
+    """Return the costs found so far and the target cell met first, (-1, -1) if there is none."""
     rows, cols = weights.shape
+    drawn = to_go.shape[0] > 0
     best = np.full((rows, cols), UNREACHED, dtype=np.int32)
     settled = np.zeros((rows, cols), dtype=np.uint8)
     queue = np.empty((_BUCKETS, 64), dtype=np.int32)
     filled = np.zeros(_BUCKETS, dtype=np.int64)
     best[start_iy, start_ix] = 0
-    total = _estimate(start_iy, start_ix, goal_iy, goal_ix, slack)
-    queue[total % _BUCKETS, 0] = start_iy * cols + start_ix
-    filled[total % _BUCKETS] = 1
-    pending = 1
+    queue[0, 0], filled[0] = start_iy * cols + start_ix, 1
+    begin = np.int64(to_go[start_iy, start_ix]) if drawn else 0
+    if begin == UNREACHED:
+        begin = 0
+    total, pending = 0, 1
     while pending > 0:
-        slot = total % _BUCKETS
+        slot = total & (_BUCKETS - 1)
         if filled[slot] == 0:
             total += 1
             continue
@@ -120,7 +110,14 @@ def _drawn_wave(
                 if cost >= best[iy, ix]:
                     continue
                 best[iy, ix] = cost
-                slot = (cost + _estimate(iy, ix, goal_iy, goal_ix, slack)) % _BUCKETS
+                estimated = np.int64(cost)
+                if drawn:
+                    # The estimate was made from the goal on: it counts this cell, not the last.
+                    # Where it knows nothing, what is left is taken to be as at the start.
+                    left = np.int64(to_go[iy, ix])
+                    left = begin if left == UNREACHED else left
+                    estimated += left - STRAIGHT_STEP * np.int64(weights[iy, ix]) - begin
+                slot = min(max(estimated, total), total + _BUCKETS - 1) & (_BUCKETS - 1)
                 if filled[slot] == queue.shape[1]:
                     larger = np.empty((_BUCKETS, 2 * queue.shape[1]), dtype=np.int32)
                     larger[:, : queue.shape[1]] = queue

@@ -58,12 +58,17 @@ class TaskSettings(_Settings):
 
 
 class RobotSettings(_Settings):
-    """Everything that can be set of a robot's software."""
+    """Everything that can be set of a robot's software.
+
+    `look_around`: turn once on the spot before anything else, so that the first reports show all
+    that is around the start and tie the robot to the team's map.
+    """
 
     estimator: str = "scan_matching"
     mapping: LocalMapSettings = LocalMapSettings()
     explorer: ExplorerSettings = ExplorerSettings()
     navigation: NavigationSettings = NavigationSettings()
     task: TaskSettings = TaskSettings()
+    look_around: bool = True
     heartbeat_period_s: Positive = 0.3
     hello_period_s: Positive = 1.0

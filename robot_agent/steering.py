@@ -13,7 +13,7 @@ from protocol.body import Body
 from robot_agent.avoidance import best_curvature, calmed, free_way
 from robot_agent.navigation_settings import DrivingSettings, RightOfWaySettings
 from robot_agent.path_following import SHARPEST_CURVE, DrivenPath, Pursuit, pursue
-from robot_agent.teammates import Sighting
+from robot_agent.right_of_way import Sighting
 
 # Arcs tried when the one along the path is not free [1/m].
 _CURVES = np.linspace(-SHARPEST_CURVE, SHARPEST_CURVE, 17)

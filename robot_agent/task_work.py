@@ -13,8 +13,8 @@ from protocol.body import Body
 from protocol.messages import Award, Message, TaskEnd, TaskProgress
 from robot_agent.navigation import Navigator
 from robot_agent.planning_map import PlanningMap
-from robot_agent.right_of_way import Teammate
 from robot_agent.settings import TaskSettings
+from robot_agent.right_of_way import Teammate
 
 _EPSILON = 1e-9
 

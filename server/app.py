@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 import zmq.asyncio
 
-from protocol.conduct import bind_router
+from protocol.conduct import bind_router, bound_endpoint
 from protocol.effects import Note
 from protocol.host import Host
 from protocol.runner import Runner
@@ -41,7 +41,7 @@ async def run_server(
     context = zmq.asyncio.Context()
     try:
         socket = bind_router(context, endpoint)
-        on_bound(socket.last_endpoint.decode())
+        on_bound(bound_endpoint(socket))
         try:
             direct = DirectPeers(socket, frozenset(robots) | {"world", "server"})
             return await Runner(host, world, on_note, direct, keep_going).run(context)

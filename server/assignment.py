@@ -9,7 +9,7 @@ import math
 
 from coordination.strategy import Choice, Region, Strategy
 from coordination.task import Task, TaskState
-from coordination.task_tree import Act, Leaf, Mend, Node
+from coordination.task_node import Act, Leaf, Mend, Node
 from server.executive_settings import ExecutiveSettings
 from server.pool import Member, Pool
 from server.tried_places import TriedPlaces
@@ -148,8 +148,8 @@ class Assignment:
             self.nothing_since = None
             return
         able = self._able(now)
-        if self._choose(able, math.inf):
-            self.nothing_since = None  # a place rests
+        if not able or self._choose(able, math.inf):
+            self.nothing_since = None  # nobody can tell, or a place rests
         elif self._choose(able, math.inf, bars=False):
             self.nothing_since = None
             self._tried.lift_bars()

@@ -42,10 +42,9 @@ def nothing_left(
 
 def _spoke(member: Member, lenient: bool, settings: ExecutiveSettings, now: float) -> bool:
     """Whether a robot's word is in, or not waited for any longer."""
-    lag = member.lag(now)
-    if lag > settings.bid_patience_s:
+    if member.lag(now) > settings.bid_patience_s:
         return True
-    return member.bid is not None and (lenient or lag == 0.0)
+    return member.bid is not None and (lenient or member.behind_since is None)
 
 
 def stalled(pool: Pool, settings: ExecutiveSettings, now: float) -> str | None:

@@ -20,6 +20,8 @@ class ExecutiveSettings(BaseModel):
         progress_step_m: by how much a way must shrink to count as progress.
         resend_s: an award without an echo is sent again after this, then after ever longer.
         resend_longest_s: the longest time between two sendings.
+        probe_s: an award is also sent again when a robot at work was not heard of it for so long;
+            robots tell their progress more often than that.
         drive_s: a robot driven by hand halts when no new word comes for so long.
         keep_radius_m: a choice so near to the goal a robot already has is the same place.
         give_up_radius_m: places so near to one that failed are that place.
@@ -44,6 +46,7 @@ class ExecutiveSettings(BaseModel):
     progress_step_m: _Positive = 0.1
     resend_s: _Positive = 1.0
     resend_longest_s: _Positive = 8.0
+    probe_s: _Positive = 3.0
     drive_s: _Positive = 1.0
     keep_radius_m: _NotNegative = 0.5
     give_up_radius_m: _Positive = 0.5

@@ -28,9 +28,8 @@ def _check_member(member: Member) -> None:
     assert len(leaves) <= 1, f"{name} has {len(leaves)} tasks"
     assert not leaves or member.live, f"{name} is lost and has a task"
     kind = leaves[0].task.kind if leaves else None
-    assert all(leaf.task.robot == name and leaf.task.live for leaf in leaves), (
-        f"{name}: not its own"
-    )
+    own = all(leaf.task.robot == name and leaf.task.live for leaf in leaves)
+    assert own, f"{name} has another's task, or one that has ended"
     allowed = {
         "pool": ("explore", "wait", None),
         "visit": ("visit",),

@@ -18,8 +18,12 @@ from mapping.geometry import Floats, Pose2, interpolate, wrap_angle
 from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
 from mapping.match_map import MapSettings, MatchMap
 from mapping.scan import LaserScan
-from mapping.scan_matching import MatchResult
+from mapping.scan_integration import IntegrationSettings
+from mapping.scan_matching import MatchResult, match
+from mapping.scan_points import scan_points, turned_points
 from server.settings import MergerSettings
+
+_HELD_TOGETHER = 6  # reports that are matched together to tie a robot to the map
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +111,12 @@ class MapMerger:
 
     def __init__(self, settings: MergerSettings) -> None:
         self.settings = settings
-        self.map = MatchMap(MapSettings(resolution=settings.resolution_m))
+        self.map = MatchMap(
+            MapSettings(
+                resolution=settings.resolution_m,
+                integration=IntegrationSettings(fill_between=True),
+            )
+        )
         self.members: dict[str, Member] = {}
         self.nodes: list[Node] = []
         self.dirty = EMPTY_BOX
@@ -148,25 +157,58 @@ class MapMerger:
     def place(self, name: str, report: Report) -> Placement:
         """Place a report in the team's map; the robot's alignment follows."""
         member = self.members[name]
+        if not member.aligned:
+            return self._tie(name, member, report)
+        prior = self._prior(member)
+        guess = member.T_map_odom @ report.T_odom_base
+        result = self.map.match(report.scan, guess, prior, self._window(prior))
+        if self._contradicts(result):
+            wide = self.settings.wide_scale * prior + np.diag([0.04, 0.04, 0.01])
+            result = self.map.match(report.scan, guess, wide, SearchWindow())
+        if self._contradicts(result):
+            member.unmatched += 1
+            self._extend_track(member, report, member.T_map_odom)
+            return Placement(False, 0.0)
+        member.covariance, member.unmatched = result.covariance, 0
+        return self._insert(name, member, report, result.T_map_base @ report.T_odom_base.inverse())
+
+    def _tie(self, name: str, member: Member, report: Report) -> Placement:
+        """Tie a robot's local map to the team's, or keep its report until that is possible.
+
+        The robot that comes first defines the map frame. Of the others all reports so far are
+        matched together: what they saw in all directions says more than one view of a corridor.
+        """
         if self.map.scans == 0:
             member.aligned = True
             member.covariance = np.diag([1e-4, 1e-4, 1e-5])
             return self._insert(name, member, report, member.T_map_odom)
-        prior = self._prior(member, report)
-        guess = member.T_map_odom @ report.T_odom_base
-        result = self.map.match(report.scan, guess, prior, self._window(member, prior))
-        if self._contradicts(result) and member.aligned:
-            wide = self.settings.wide_scale * prior + np.diag([0.04, 0.04, 0.01])
-            result = self.map.match(report.scan, guess, wide, SearchWindow())
-        if self._contradicts(result) or (not member.aligned and not self._aligns(result)):
-            return self._hold(member, report)
-        T_map_odom = result.T_map_base @ report.T_odom_base.inverse()
-        member.covariance, member.unmatched = result.covariance, 0
+        member.held.append(report)
+        sigma = math.sqrt(max(member.covariance[0, 0], member.covariance[1, 1]))
+        turn_sigma = math.sqrt(member.covariance[2, 2])
+        # Starts are told with uniform errors: one sigma of them is their largest.
+        window = SearchWindow(1.25 * sigma + 0.1, 1.25 * turn_sigma + 0.02)
+        T_base_odom = report.T_odom_base.inverse()
+        points = [
+            turned_points(scan_points(held.scan), T_base_odom @ held.T_odom_base)
+            for held in member.held[-_HELD_TOGETHER:]
+        ]
+        result = match(
+            self.map.grid,
+            self.map.surfaces,
+            np.concatenate(points),
+            member.T_map_odom @ report.T_odom_base,
+            member.covariance,
+            self.map.settings.matching,
+            window,
+        )
+        if not self._aligns(result, len(member.held)):
+            return Placement(False, 0.0)
+        T_map_odom = result.T_map_base @ T_base_odom
+        member.covariance, member.aligned = result.covariance, True
         waiting, member.held = member.held, []
-        member.aligned = True
         for held in waiting:
-            self._insert(name, member, held, T_map_odom)
-        return self._insert(name, member, report, T_map_odom)
+            placement = self._insert(name, member, held, T_map_odom)
+        return placement
 
     def track(self, name: str) -> Floats:
         """Return the corrected poses of a robot, (n, 4): stamp, x, y, theta, map frame."""
@@ -190,19 +232,16 @@ class MapMerger:
 
     # --- steps --------------------------------------------------------------------------------
 
-    def _prior(self, member: Member, report: Report) -> Floats:
+    def _prior(self, member: Member) -> Floats:
         """Return the covariance of the guess: the last match's, and what the way since added."""
         settings = self.settings
         drift, turn_drift = settings.drift_m, math.radians(settings.drift_deg)
         return member.covariance + np.diag([drift**2, drift**2, turn_drift**2])
 
-    def _window(self, member: Member, prior: Floats) -> SearchWindow | None:
+    def _window(self, prior: Floats) -> SearchWindow | None:
         """Return the window to search, or None where the guess is good."""
         sigma = math.sqrt(max(prior[0, 0], prior[1, 1]))
         turn_sigma = math.sqrt(prior[2, 2])
-        if not member.aligned:
-            # Starts are told with uniform errors: one sigma of them is their largest.
-            return SearchWindow(1.25 * sigma + 0.1, 1.25 * turn_sigma + 0.02)
         if sigma < self.settings.search_sigma_m and turn_sigma < math.radians(3.0):
             return None
         return SearchWindow(min(3.0 * sigma, 1.5), min(3.0 * turn_sigma, 0.5))
@@ -212,19 +251,16 @@ class MapMerger:
         settings = self.settings
         return result.known >= settings.known_least and result.fit < settings.fit_least
 
-    def _aligns(self, result: MatchResult) -> bool:
-        """Whether a first match is good enough to tie a robot to the team's map."""
+    def _aligns(self, result: MatchResult, held: int) -> bool:
+        """Whether a match is good enough to tie a robot to the team's map."""
         settings = self.settings
-        return result.explained >= settings.align_points and result.fit >= settings.align_fit
-
-    def _hold(self, member: Member, report: Report) -> Placement:
-        """Keep a report that fits nowhere (yet); a wrong scan in the map would be for ever."""
-        member.unmatched += 1
-        if not member.aligned:
-            member.held.append(report)
-        else:
-            self._extend_track(member, report, member.T_map_odom)
-        return Placement(False, 0.0)
+        if result.explained < settings.align_points or result.fit < settings.align_fit:
+            return False
+        sigma = math.sqrt(np.linalg.eigvalsh(result.covariance[:2, :2])[-1])
+        sure = sigma <= settings.align_sigma_m and result.covariance[2, 2] <= (
+            math.radians(settings.align_sigma_deg) ** 2
+        )
+        return bool(sure) or held >= settings.hold_most
 
     def _insert(self, name: str, member: Member, report: Report, T_map_odom: Pose2) -> Placement:
         """Insert a scan at its corrected pose."""

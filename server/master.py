@@ -8,12 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
-from mapping.geometry import IDENTITY, pose_from
+from coordination.strategy import Strategy
+from coordination.task import Point
+from coordination.waiting_place import IdleRobot, waiting_places
+from mapping.distance_field import truncated_distance
+from mapping.geometry import IDENTITY, Floats, pose_from
+from mapping.grid import CLEAR, OBSTACLE, classify
+from mapping.path_planning import traversal_weights
 from mapping.scan import LaserScan
 from protocol import messages as words
 from protocol.body import Body
@@ -30,6 +35,7 @@ from server.teammates import Disc, Whereabouts, disc_of, without_teammates
 
 Ended = Literal["explored", "time_limit", "coverage", "operator", "failed"]
 _EPSILON = 1e-9
+_CLEARANCE_LIMIT = 1.0  # [m]; more room than this to wait in makes no difference
 
 
 class Master:
@@ -37,7 +43,8 @@ class Master:
 
     Args:
         settings: of all its parts.
-        executive: gives out the tasks.
+        strategy: decides who explores what.
+        strategy_name: what it is called, for the welcome.
         robots: names that belong to the team; others are refused.
         time_limit: mission time at which the mission ends [s]; None for never.
     """
@@ -45,13 +52,15 @@ class Master:
     def __init__(
         self,
         settings: ServerSettings,
-        executive: TaskExecutive,
+        strategy: Strategy,
+        strategy_name: str,
         robots: Sequence[str],
         time_limit: float | None = None,
     ) -> None:
         self.settings = settings
-        self.executive = executive
         self.merger = MapMerger(settings.merger)
+        self.executive = TaskExecutive(settings.executive, strategy, self._waiting_places)
+        self.strategy_name = strategy_name
         self.robots = tuple(robots)
         self.map_number = 0
         self.ended: Ended | None = None
@@ -147,7 +156,7 @@ class Master:
         session = self._sessions.setdefault(name, Session(name, silence))
         fresh = session.hello(message.incarnation, now)
         effects: list[Effect] = [
-            Send("fleet", name, words.Welcome(now_s=now, strategy=self.executive.strategy_name))
+            Send("fleet", name, words.Welcome(now_s=now, strategy=self.strategy_name))
         ]
         if message.role == "robot":
             effects += self._robot_hello(name, message, fresh, now)
@@ -157,9 +166,7 @@ class Master:
             effects.append(Send("fleet", name, self._snapshot()))
         return effects
 
-    def _robot_hello(
-        self, name: str, hello: words.Hello, fresh: bool, now: float
-    ) -> list[Effect]:
+    def _robot_hello(self, name: str, hello: words.Hello, fresh: bool, now: float) -> list[Effect]:
         """Enter a robot in the map merger and the pool."""
         if not fresh:
             return []
@@ -328,11 +335,11 @@ class Master:
         if name not in self._bodies:
             return []
         try:
-            bid = robot_bid(name, message, self._bodies[name])
+            weight = self.settings.cost_weights.get(name, 1.0)
+            bid = robot_bid(name, message, self._bodies[name], weight)
         except BidError as error:
             return [Note("warning", f"dropped a bid of {name}: {error}")]
-        weight = bid.cost_weight * self.settings.cost_weights.get(name, 1.0)
-        return list(self.executive.bid(replace(bid, cost_weight=weight), now))
+        return list(self.executive.bid(bid, now))
 
     def _progress(self, name: str, message: Message, now: float) -> list[Effect]:
         assert isinstance(message, words.TaskProgress)
@@ -359,6 +366,28 @@ class Master:
             )
         accepted, text, effects = outcome
         return [Send("fleet", name, words.Answer(accepted=accepted, text=text)), *effects]
+
+    def _waiting_places(
+        self, idle: tuple[IdleRobot, ...], places: Floats, gains: Floats
+    ) -> dict[str, Point]:
+        """Return where idle robots wait best on the map as it is, out of everybody's way."""
+        if not self.merger.nodes or not len(places):
+            return {}
+        settings = self.settings.map
+        classes = classify(self.merger.log_odds, settings.p_obstacle, settings.p_clear)
+        geometry = self.merger.geometry
+        radius = max(self._bodies[robot.robot].radius_m for robot in idle)
+        clearance = truncated_distance(classes == OBSTACLE, geometry.resolution, _CLEARANCE_LIMIT)
+        weights = traversal_weights(classes == CLEAR, clearance, radius, radius + 0.3)
+        waiting = {robot.robot for robot in idle}
+        taken = [where.path_map for name, where in self._where.items() if name not in waiting]
+        taken += [
+            np.array([pose[:2]])
+            for name in self._where
+            if name not in waiting and (pose := self.pose_of(name)) is not None
+        ]
+        occupied = np.concatenate([np.zeros((0, 2)), *taken])
+        return waiting_places(weights, clearance, geometry, idle, places, gains, occupied)
 
     # --- the end ------------------------------------------------------------------------------
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from coordination.task import Point
-from coordination.task_tree import Act, Mend, Node, Retry, Sequence, TryAgain
+from coordination.task_node import Act, Mend, Node
+from coordination.task_tree import Retry, Sequence, TryAgain
 from protocol.effects import Send
 from server.executive_settings import ExecutiveSettings
 from server.pool import Member, Pool
@@ -122,7 +123,7 @@ class OperatorWords:
 
     def _hand_back(self, member: Member, now: float) -> None:
         member.mode = "pool"
-        member.idle_since = now
+        member.rejoin(now)
         self._work.note(now, "back to the pool", member.name)
 
     def _back_after_failure(self, member: Member) -> Mend:

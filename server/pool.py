@@ -13,7 +13,8 @@ from typing import Literal
 
 from coordination.bid import RobotBid
 from coordination.task import Point, Task
-from coordination.task_tree import Leaf, Parallel
+from coordination.task_node import Leaf
+from coordination.task_tree import Parallel
 from protocol.body import Body
 
 Mode = Literal["pool", "visit", "drive", "pause"]
@@ -73,6 +74,12 @@ class Member:
         """The exploration task it is at, if any."""
         task = self.task
         return task if task is not None and task.kind == "explore" else None
+
+    def rejoin(self, now: float) -> None:
+        """Be with the pool (again), idle; its next bid is waited for from now on."""
+        self.idle_since = now
+        if self.behind_since is not None:
+            self.behind_since = now
 
     def lag(self, now: float) -> float:
         """Return for how long its newest bid has been behind the map [s]; 0 if it is not."""

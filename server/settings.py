@@ -18,9 +18,11 @@ class MergerSettings(_Settings):
     """How scans of all robots become one map.
 
     A report counts as contradicting the map when at least `known_least` of its end points fall where
-    the map is known and a smaller share than `fit_least` of them lies at walls. A robot is tied to
-    the team's map by its first match with `align_points` end points at walls and a share of
-    `align_fit`.
+    the map is known and a smaller share than `fit_least` of them lies at walls.
+
+    A robot is tied to the team's map when all its reports so far, together, match it with at least
+    `align_points` end points at walls, a share of `align_fit`, and an uncertainty of no more than
+    `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails.
     """
 
     resolution_m: Annotated[float, Field(gt=0.005, le=1.0)] = 0.05
@@ -28,6 +30,9 @@ class MergerSettings(_Settings):
     fit_least: float = 0.5
     align_points: int = 30
     align_fit: float = 0.6
+    align_sigma_m: Positive = 0.1
+    align_sigma_deg: Positive = 1.5
+    hold_most: Annotated[int, Field(ge=1)] = 12
     drift_m: NotNegative = 0.03
     drift_deg: NotNegative = 0.5
     search_sigma_m: Positive = 0.1

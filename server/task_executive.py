@@ -17,7 +17,7 @@ import math
 from coordination.bid import RobotBid
 from coordination.strategy import Strategy
 from coordination.task import Task, TaskState
-from coordination.task_tree import Leaf
+from coordination.task_node import Leaf
 from mapping.geometry import Pose2
 from protocol.body import Body
 from protocol.effects import Send
@@ -121,7 +121,7 @@ class TaskExecutive:
         if member.mode == "pause":
             self._operator.renew_pause(member, now)
         elif member.mode == "pool":
-            member.idle_since = now
+            member.rejoin(now)
         return self._round_for_idle(now)
 
     def bid(self, bid: RobotBid, now: float) -> list[Send]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 from coordination.bid import near
 from coordination.task import Point
-from coordination.task_tree import Act, Leaf, Mend, Node
+from coordination.task_node import Act, Leaf, Mend, Node
 from coordination.waiting_place import IdleRobot
 from mapping.geometry import Floats
 from server.executive_settings import ExecutiveSettings

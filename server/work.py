@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 from coordination.lease import Lease, LeaseTerms
 from coordination.task import Kind, Point, Rectangle, Task, TaskState
-from coordination.task_tree import Leaf, Mend, Parallel
+from coordination.task_node import Leaf, Mend
+from coordination.task_tree import Parallel
 from protocol.effects import Send
 from protocol.messages import Award, Terminate
 from server.executive_settings import ExecutiveSettings
@@ -139,7 +140,10 @@ class Work:
         if leaf.task.state is TaskState.AWARDED:
             self.note(now, "active", leaf.task.robot, leaf.task)
         leaf.progressed()
-        return self._commissions[leaf.task.id].lease.progress(remaining, now)
+        commission = self._commissions[leaf.task.id]
+        commission.pause = self._settings.resend_s
+        commission.resend_at = now + self._settings.probe_s
+        return commission.lease.progress(remaining, now)
 
     def drive_on(self, leaf: Leaf, speed: float, turn_rate: float, now: float) -> None:
         """Change the speeds [m/s, rad/s] of a drive by hand under way, and let it run on."""
@@ -154,29 +158,20 @@ class Work:
         """Tell a robot that a task it reports on is not its own any more."""
         self._send(robot, Terminate(task=task))
 
-    def resend(self, leaf: Leaf, now: float) -> None:
-        """Send the award of a live task again, and wait longer before the next time."""
-        commission = self._commissions[leaf.task.id]
-        commission.pause = min(2.0 * commission.pause, self._settings.resend_longest_s)
-        commission.resend_at = now + commission.pause
-        self._send(leaf.task.robot, commission.award)
-
     def tick(self, now: float) -> None:
-        """Let leases run out, and send awards without an echo again."""
+        """Let leases run out, and send awards of which nothing is heard again.
+
+        A robot that never got it learns of it; one that ended the task, whose word was lost, tells
+        again; one that is at it goes on.
+        """
         self.mission.check(now)
         for commission in tuple(self._commissions.values()):
-            task = commission.leaf.task
-            if task.state is TaskState.AWARDED and now >= commission.resend_at:
-                self.resend(commission.leaf, now)
+            if now >= commission.resend_at:
+                self._resend(commission, now)
 
     def next_deadline(self) -> float | None:
         """Return when `tick` is due [s]."""
-        times = [
-            min(c.lease.deadline, c.resend_at)
-            if c.leaf.task.state is TaskState.AWARDED
-            else c.lease.deadline
-            for c in self._commissions.values()
-        ]
+        times = [min(c.lease.deadline, c.resend_at) for c in self._commissions.values()]
         return min(times, default=None)
 
     def flush(self) -> list[Send]:
@@ -196,6 +191,11 @@ class Work:
     def live_tasks(self) -> list[Task]:
         """Return the tasks under way."""
         return [commission.leaf.task for commission in self._commissions.values()]
+
+    def _resend(self, commission: _Commission, now: float) -> None:
+        commission.pause = min(2.0 * commission.pause, self._settings.resend_longest_s)
+        commission.resend_at = now + commission.pause
+        self._send(commission.leaf.task.robot, commission.award)
 
     def _send(self, robot: str, message: Award | Terminate) -> None:
         self._outbox.append(Send(FLEET, robot, message))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 import zmq.asyncio
 
-from protocol.conduct import Stage, bind_router
+from protocol.conduct import Stage, bind_router, bound_endpoint
 from protocol.effects import Note
 from protocol.host import Host
 from protocol.lockstep import Conductor
@@ -40,7 +40,7 @@ async def run_world(
     context = zmq.asyncio.Context()
     try:
         socket = bind_router(context, endpoint)
-        on_bound(socket.last_endpoint.decode())
+        on_bound(bound_endpoint(socket))
         try:
             stage = Stage(Conductor(host, step), socket, members, on_note)
             return await stage.run(realtime, keep_going)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from mapping.geometry import Pose2, fit_rigid
 from mapping.grid import GridGeometry, classify, geometry_around
-from protocol.map_cells import UNITS_PER_LOG_ODDS, unpack_cells
+from protocol.map_cells import dequantise, unpack_cells
 from protocol.messages import MapDelta, MapSnapshot, Message, TeamPoses
 from sim_world.truth import CoverageJudge
 
@@ -72,8 +72,7 @@ class Judge:
 
     def classes(self) -> npt.NDArray[np.uint8]:
         """Return the class of each cell of the map as heard so far, (rows, cols)."""
-        log_odds = self.cells.astype(np.float32) / np.float32(UNITS_PER_LOG_ODDS)
-        return classify(log_odds, self.p_obstacle, self.p_clear)
+        return classify(dequantise(self.cells), self.p_obstacle, self.p_clear)
 
     def _snapshot(self, message: MapSnapshot) -> None:
         self.geometry = GridGeometry(
@@ -102,7 +101,9 @@ class Judge:
 
     def _poses(self, message: TeamPoses, truth: dict[str, Pose2]) -> None:
         """Keep where robots believe to be beside where they are."""
-        for name, (_, x, y, _theta) in zip(message.robots, message.poses_map.tolist(), strict=False):
+        for name, (_, x, y, _theta) in zip(
+            message.robots, message.poses_map.tolist(), strict=False
+        ):
             if name in truth:
                 self._pairs.append((truth[name].x, truth[name].y, x, y))
         if len(self._pairs) > _KEPT_PAIRS:

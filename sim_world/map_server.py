@@ -13,8 +13,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from mapping.grid import GridGeometry
 from sim_world.errors import WorldError
+from sim_world.floor_plan import Length, Number
 from sim_world.scene import Solid
 from sim_world.schema import one_line
+
+_Pixels = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 
 # Larger images are more likely a mistake than a building: 400 million cells.
 _CELLS_MAX = 20_000 * 20_000
@@ -26,8 +29,8 @@ class MapYaml(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     image: str
-    resolution: float = Field(gt=0.0, allow_inf_nan=False)
-    origin: tuple[float, float, float]
+    resolution: Length
+    origin: tuple[Number, Number, Number]
     negate: Literal[0, 1] = 0
     occupied_thresh: float = Field(0.65, ge=0.0, le=1.0)
     free_thresh: float = Field(0.196, ge=0.0, le=1.0)
@@ -72,7 +75,7 @@ def _read_yaml(path: Path) -> MapYaml:
         raise WorldError(one_line(path.name, error)) from error
 
 
-def _read_image(path: Path, image_path: Path) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def _read_image(path: Path, image_path: Path) -> _Pixels:
     """Return the grey values (rows, cols), 0 black to 255 white, first row on top."""
     if not image_path.is_file():
         raise WorldError(f"{path.name}: image {image_path} does not exist; correct the key 'image'")
@@ -80,12 +83,18 @@ def _read_image(path: Path, image_path: Path) -> np.ndarray[tuple[int, int], np.
         with Image.open(image_path) as image:
             if image.width * image.height > _CELLS_MAX:
                 raise WorldError(f"{path.name}: image {image_path.name} is too large")
-            grey = image if image.mode in ("L", "1") else image.convert("RGB")
-            values = np.asarray(grey.convert("L"), dtype=np.float64)
+            values = _grey(image)
     except (OSError, UnidentifiedImageError, Image.DecompressionBombError) as error:
         raise WorldError(
             f"{path.name}: image {image_path.name} cannot be read; save it as PNG or PGM"
         ) from error
-    if values.size == 0:
-        raise WorldError(f"{path.name}: image {image_path.name} is empty")
-    return values.reshape(values.shape[0], values.shape[1])
+    return values
+
+
+def _grey(image: Image.Image) -> _Pixels:
+    """Return the grey values (rows, cols) from 0 to 255; transparency is left out."""
+    if image.mode.startswith("I"):
+        # Sixteen bits a pixel.
+        return np.asarray(image, dtype=np.float64) / 257.0
+    grey = image if image.mode in ("L", "1") else image.convert("RGB")
+    return np.asarray(grey.convert("L"), dtype=np.float64)

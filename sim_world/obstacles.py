@@ -146,9 +146,9 @@ class _Floor:
             after[box.slices] |= distances < reach
             parts_after, count = label(~after)
             # Each part after lies in one part before; two in the same one means a cut.
-            ids, first_cells = np.unique(parts_after, return_index=True)
-            before = parts.ravel()[first_cells[ids > 0]]
-            if count == 0 or len(np.unique(before)) < count:
+            before = np.zeros(count + 1, dtype=np.int64)
+            before[parts_after.ravel()] = parts.ravel()
+            if count == 0 or len(np.unique(before[1:])) < count:
                 return False
             changed.append((after, parts_after))
         self._blocked = [after for after, _ in changed]

@@ -125,9 +125,7 @@ class GridScene:
 
 
 @compiled
-def _grid_clearance(
-    clear_rings: npt.NDArray[np.uint8], x: float, y: float, limit: float
-) -> float:
+def _grid_clearance(clear_rings: npt.NDArray[np.uint8], x: float, y: float, limit: float) -> float:
     """Return the distance from (x, y) to the nearest solid cell, all in cells."""
     rows, cols = clear_rings.shape
     here_x, here_y = math.floor(x), math.floor(y)

@@ -132,7 +132,7 @@ def layer_png(classes: Classes, free: str, occupied: str) -> bytes:
     image = Image.fromarray(indices, mode="P") if indices.size else Image.new("P", (1, 1))
     image.putpalette([0, 0, 0, *rgb(free), *rgb(occupied)])
     buffer = io.BytesIO()
-    image.save(buffer, "PNG", transparency=0, optimize=True)
+    image.save(buffer, "PNG", transparency=0)
     return buffer.getvalue()
 
 
@@ -201,7 +201,11 @@ class _Drawing:
         self.draw.ellipse((x - r, y - r, x + r, y + r), "white", colour, round(0.9 * self.line))
         x, y = points[-1]
         self.draw.ellipse((x - r, y - r, x + r, y + r), colour, "white", round(0.5 * self.line))
-        self.text((x + 1.5 * r, y), name, "lm", colour)
+        wide = self.draw.textlength(name, font=self.font)
+        if x + 1.5 * r + wide + 4.0 > self.sheet.width:
+            self.text((x - 1.5 * r, y), name, "rm", colour)
+        else:
+            self.text((x + 1.5 * r, y), name, "lm", colour)
 
     def text(
         self, at: tuple[float, float], text: str, anchor: str, fill: tuple[int, int, int]

@@ -265,7 +265,8 @@ def _pack(value: object, arrays: dict[str, npt.NDArray[Any]]) -> object:
 
 def _read_part(path: Path) -> dict[str, Any]:
     """Return the fields that a part holds."""
-    with np.load(path, allow_pickle=False) as stored:
+    # Read whole first: numpy leaves a damaged file open.
+    with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
         arrays = {key: stored[key] for key in stored.files if key != "tree"}
         tree = json.loads(stored["tree"].tobytes().decode())
     unpacked = _unpack(tree, arrays)

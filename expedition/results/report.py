@@ -11,7 +11,15 @@ import numpy as np
 from expedition.results.colours import TASKS, robot_dash
 from expedition.results.exports import config_toml
 from expedition.results.record import RunRecord
-from expedition.results.report_map import SAMPLES, colour, map_svg, motion, place_of, sheet_of
+from expedition.results.report_map import (
+    NUMBERS,
+    SAMPLES,
+    colour,
+    map_svg,
+    motion,
+    place_of,
+    sheet_of,
+)
 from expedition.results.report_style import SCRIPT, style_sheet
 from expedition.results.report_time import time_svg
 from expedition.results.task_bars import TaskBar, task_bars
@@ -138,6 +146,7 @@ def _tiles(record: RunRecord, summary: dict[str, Any]) -> str:
             factor(summary["real_time_factor"]),
             f"real time; {duration(record.wall_time_s)} on the clock",
         ),
+        _tile("left unexplored", str(len(summary["remaining"])), "places, each with its reason"),
         _tile(
             "digest",
             f'<code title="{escape(digest)}">{escape(digest[:10]) or DASH}</code>',
@@ -288,10 +297,11 @@ def _remaining_card(summary: dict[str, Any]) -> str:
         place = place_of(left)
         where = DASH if place is None else f"{place[0]:.1f}, {place[1]:.1f}"
         rows.append((str(number), where, area(left.get("area_m2")), text(left.get("reason"))))
+    numbers = ", numbers as on the map" if len(remaining) <= NUMBERS else ""
     head = (("#", True), ("x, y [m]", True), ("area", True), ("why", False))
     return (
-        f'<section class="card"><h2>Left unexplored <small>{len(remaining)} places, '
-        f"numbers as on the map</small></h2>{_table(head, rows)}</section>"
+        f'<section class="card"><h2>Left unexplored <small>{len(remaining)} places{numbers}'
+        f"</small></h2>{_table(head, rows)}</section>"
     )
 
 

@@ -27,7 +27,7 @@ from mapping.geometry import Floats
 
 WIDTH, TALLEST = 1120.0, 800.0  # [pixels] of the drawing
 SAMPLES = 400  # steps of the time slider: one each twentieth of a second when played
-MARKS = 80  # more marks of what was left would only hide the map
+MARKS, NUMBERS = 400, 40  # more marks, or more numbers on them, would only hide the map
 
 
 @dataclass(frozen=True)
@@ -69,12 +69,14 @@ def sheet_of(record: RunRecord) -> Sheet:
 
 def map_svg(record: RunRecord, sheet: Sheet, bars: list[TaskBar]) -> str:
     """Return the drawing."""
-    tracks = [_track(index, robot, sheet) for index, robot in enumerate(record.robots_in_order())]
+    robots = list(enumerate(record.robots_in_order()))
+    ways = "".join(_way(index, robot, sheet) for index, robot in robots)
+    ends = "".join(_end(index, robot, sheet) for index, robot in robots)
     return (
         f'<svg id="map" class="map hide-truth" viewBox="0 0 {WIDTH:.0f} {sheet.height:.0f}" '
         'role="img" aria-label="Map with trajectories">'
-        f"{_cells(sheet)}{_truth(record, sheet)}{_failures(bars, sheet)}"
-        f"{''.join(tracks)}{_remaining(record, sheet)}{_scale_bar(sheet)}</svg>"
+        f"{_cells(sheet)}{_truth(record, sheet)}{ways}{_failures(bars, sheet)}"
+        f"{_remaining(record, sheet)}{ends}{_scale_bar(sheet)}</svg>"
     )
 
 
@@ -138,26 +140,39 @@ def _truth(record: RunRecord, sheet: Sheet) -> str:
     )
 
 
-def _track(index: int, robot: RobotRecord, sheet: Sheet) -> str:
-    """Return a robot's trajectory with its start (ring) and its end (disc and name)."""
+def _way(index: int, robot: RobotRecord, sheet: Sheet) -> str:
+    """Return a robot's trajectory with a ring at its start."""
     track = as_track(robot.track_map)
     if len(track) == 0:
         return ""
     points = sheet.at(thinned(track, 0.4 / sheet.scale)[:, 1:3])
     way = " ".join(f"{x:.1f},{y:.1f}" for x, y in points.tolist())
-    (x0, y0), (x1, y1) = points[0].tolist(), points[-1].tolist()
-    flip = x1 > WIDTH - 90.0
-    ink, name = colour(index), escape(robot.id)
+    x, y = points[0].tolist()
+    ink = colour(index)
     return (
-        f'<g data-track="{index}"><title>{name}</title>'
-        f'<polyline class="way" points="{way}" fill="none" stroke="{ink}" stroke-width="2.4" '
-        f'stroke-linejoin="round" stroke-linecap="round" stroke-opacity=".9" '
+        f"<g><title>{escape(robot.id)}</title>"
+        f'<polyline data-way="{index}" points="{way}" fill="none" stroke="{ink}" '
+        'stroke-width="2.4" stroke-linejoin="round" stroke-linecap="round" stroke-opacity=".9" '
         f'stroke-dasharray="{robot_dash(index)}"/>'
-        f'<circle cx="{x0:.1f}" cy="{y0:.1f}" r="5" fill="var(--halo)" stroke="{ink}" '
-        f'stroke-width="2.4"/><g class="end" transform="translate({x1:.1f} {y1:.1f})">'
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="var(--halo)" stroke="{ink}" '
+        'stroke-width="2.4"/></g>'
+    )
+
+
+def _end(index: int, robot: RobotRecord, sheet: Sheet) -> str:
+    """Return a disc and the robot's name where its trajectory ends."""
+    track = as_track(robot.track_map)
+    if len(track) == 0:
+        return ""
+    x, y = sheet.at(track[-1:, 1:3])[0].tolist()
+    ink, name = colour(index), escape(robot.id)
+    # A long name is turned to the left where it would leave the drawing.
+    side, anchor = (-11, "end") if x + 20.0 + 8.0 * len(robot.id) > WIDTH else (11, "start")
+    return (
+        f'<g data-end="{index}" transform="translate({x:.1f} {y:.1f})">'
         f'<circle r="6" fill="{ink}" stroke="var(--halo)" stroke-width="1.6"/>'
-        f'<text class="halo" x="{-11 if flip else 11}" y="4.5" font-size="13" font-weight="650" '
-        f'text-anchor="{"end" if flip else "start"}" style="fill:{ink}">{name}</text></g></g>'
+        f'<text class="halo" x="{side}" y="4.5" font-size="13" font-weight="650" '
+        f'text-anchor="{anchor}" style="fill:{ink}">{name}</text></g>'
     )
 
 
@@ -179,18 +194,21 @@ def _failures(bars: list[TaskBar], sheet: Sheet) -> str:
 def _remaining(record: RunRecord, sheet: Sheet) -> str:
     """Return a numbered diamond at every place that was left, numbers as in the table."""
     marks = []
+    numbered = len(record.remaining) <= NUMBERS
     for number, left in enumerate(record.remaining[:MARKS], start=1):
         place = place_of(left)
         if place is None:
             continue
         x, y = sheet.at(np.array([place]))[0].tolist()
+        label = (
+            '<text class="halo" y="-9" font-size="11" font-weight="600" text-anchor="middle" '
+            f'style="fill:var(--warn)">{number}</text>'
+        )
         marks.append(
             f'<g transform="translate({x:.1f} {y:.1f})"><title>'
             f"{number}: {escape(str(left.get('reason', '')))}</title>"
             '<path d="M0-6.5 6.5 0 0 6.5-6.5 0Z" fill="var(--warn)" stroke="var(--halo)" '
-            'stroke-width="1.4"/>'
-            f'<text class="halo" y="-9" font-size="11" font-weight="600" text-anchor="middle" '
-            f'style="fill:var(--warn)">{number}</text></g>'
+            f'stroke-width="1.4"/>{label if numbered else ""}</g>'
         )
     return "".join(marks)
 

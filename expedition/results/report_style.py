@@ -68,7 +68,7 @@ h2 small{font-weight:400;color:var(--soft);font-size:13px;margin-left:8px}
 .ended.good{background:#12805c}.ended.warn{background:#a86400}.ended.bad{background:#c2343b}
 .card{background:var(--card);border:1px solid var(--faint);border-radius:14px;padding:20px 22px;
  margin:16px 0;overflow:hidden}
-.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(158px,1fr));gap:12px;margin:20px 0}
+.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(190px,1fr));gap:12px;margin:20px 0}
 .tile{background:var(--card);border:1px solid var(--faint);border-radius:14px;padding:13px 16px}
 .tile span{display:block;font-size:12.5px;color:var(--soft)}
 .tile strong{display:block;font-size:23px;font-weight:680;letter-spacing:-.01em;line-height:1.35;
@@ -131,9 +131,10 @@ const slider=document.getElementById('t'),out=document.getElementById('clock'),
 const truth=document.getElementById('show-truth'),map=document.getElementById('map');
 if(truth)truth.onchange=()=>map.classList.toggle('hide-truth',!truth.checked);
 if(!slider)return;
-const last=+slider.max,tracks=[...document.querySelectorAll('[data-track]')].map(g=>({
- line:g.querySelector('.way'),end:g.querySelector('.end'),whole:g.querySelector('.way').getAttribute('points'),
- home:g.querySelector('.end').getAttribute('transform'),way:d.ways[g.dataset.track]}));
+const last=+slider.max,tracks=[...document.querySelectorAll('[data-way]')].map(line=>{
+ const end=document.querySelector('[data-end="'+line.dataset.way+'"]');
+ return{line,end,whole:line.getAttribute('points'),home:end.getAttribute('transform'),
+  way:d.ways[line.dataset.way]}});
 const cursors=[...document.querySelectorAll('.cursor')];
 const clock=t=>d.unit==='steps'?Math.round(t)+' steps':
  Math.floor(t/60)+':'+String(Math.floor(t%60)).padStart(2,'0');

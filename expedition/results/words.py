@@ -50,7 +50,8 @@ def area(square_metres: float | None) -> str:
     """Return an area in square metres."""
     if square_metres is None:
         return DASH
-    return f"{square_metres:.1f} m²" if square_metres < 100.0 else f"{square_metres:,.0f} m²"
+    digits = 2 if square_metres < 1.0 else 1 if square_metres < 100.0 else 0
+    return f"{square_metres:,.{digits}f} m²"
 
 
 def size(count: float | None) -> str:

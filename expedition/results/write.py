@@ -44,8 +44,13 @@ def _files(
         ("map.yaml", lambda: exports.map_yaml(record)),
         ("pose_graph.g2o", lambda: exports.g2o(record.pose_graph)),
     ]
+    used: set[str] = set()
     for robot in record.robots_in_order():
-        files.extend(_trajectories(robot))
+        stem = file_stem(robot.id)
+        while stem in used:
+            stem += "-2"
+        used.add(stem)
+        files.extend(_trajectories(robot, f"{stem}.tum"))
     files += [
         ("map.png", lambda: map_png(record)),
         ("report.html", lambda: report_html(record, summary)),
@@ -53,9 +58,8 @@ def _files(
     return files
 
 
-def _trajectories(robot: RobotRecord) -> list[tuple[str, Callable[[], bytes | str]]]:
+def _trajectories(robot: RobotRecord, name: str) -> list[tuple[str, Callable[[], bytes | str]]]:
     """Return the trajectory files of one robot: the estimate and, if known, the truth."""
-    name = f"{file_stem(robot.id)}.tum"
     files: list[tuple[str, Callable[[], bytes | str]]] = [
         (f"trajectories/{name}", lambda: exports.tum(robot.track_map))
     ]

@@ -1,0 +1,268 @@
+"""How fast the kernels are: `python benchmarks/kernels.py [--only WORD] [--seconds S]`.
+
+Prints one line per kernel: what it did, how much of it per second, and how long one call took
+(median and best after warming up). To add a row, write a function that prepares the work and
+returns a `Case`, and put it in `CASES`. Real maps are measured too where they are found: in the
+folder EXPEDITION_DATA names, or in `shared/data` beside the repository.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from mapping.coarse_gain import coarse_information_gains, coarsen_classes  # noqa: E402
+from mapping.distance_field import truncated_distance, update_distance  # noqa: E402
+from mapping.frontiers import find_frontiers  # noqa: E402
+from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, CellBox, GridGeometry  # noqa: E402
+from mapping.information_gain import information_gains  # noqa: E402
+from mapping.path_planning import (  # noqa: E402
+    UNREACHED,
+    cost_field,
+    path_to,
+    smooth_path,
+    traversal_weights,
+)
+
+Classes = npt.NDArray[np.uint8]
+
+RESOLUTION = 0.05
+SENSOR_RANGE = 8.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """One row: `run` does `amount` units of work each time it is called."""
+
+    kernel: str
+    work: str
+    amount: float
+    unit: str
+    run: Callable[[], object]
+
+
+@cache
+def office(rows: int = 1000, cols: int = 1000) -> Classes:
+    """Return a floor of rooms of 5 x 4 m on both sides of corridors 2 m wide, with furniture."""
+    classes = np.full((rows, cols), CLEAR, dtype=np.uint8)
+    rng = np.random.default_rng(7)
+    room, door, corridor = 100, 18, 40
+    for iy in range(0, rows, 2 * room + corridor):
+        for wall in (iy, iy + room, iy + room + corridor):
+            classes[wall : wall + 2, :] = OBSTACLE
+        for ix in range(0, cols, 80):
+            classes[iy : iy + room, ix : ix + 2] = OBSTACLE
+            classes[iy + room + corridor : iy + 2 * room + corridor, ix : ix + 2] = OBSTACLE
+            at = ix + int(rng.integers(10, 50))
+            for wall in (iy + room, iy + room + corridor):
+                classes[wall : wall + 2, at : at + door] = CLEAR
+    classes[:, 460:500] = CLEAR  # one way across all corridors
+    for _ in range(400):
+        iy, ix = rng.integers(0, rows - 12), rng.integers(0, cols - 12)
+        classes[iy : iy + 8, ix : ix + 12] = OBSTACLE
+    classes[[0, -1], :] = classes[:, [0, -1]] = OBSTACLE
+    return classes
+
+
+def data_folder() -> Path | None:
+    """Return where real maps are, if anywhere."""
+    named = os.environ.get("EXPEDITION_DATA")
+    for folder in (Path(named) if named else None, ROOT.parent / "shared" / "data"):
+        if folder is not None and (folder / "maps").is_dir():
+            return folder
+    return None
+
+
+@cache
+def floor(name: str) -> tuple[Classes, float]:
+    """Return a real map's classes and resolution [m]; the generated office without the data."""
+    folder = data_folder()
+    if folder is None:
+        return office(), RESOLUTION
+    import yaml
+    from PIL import Image
+
+    meta = yaml.safe_load((folder / "maps" / f"{name}.yaml").read_text())
+    grey = np.asarray(Image.open(folder / "maps" / meta["image"]).convert("L"))[::-1]
+    occupied = 1.0 - grey / 255.0
+    classes = np.full(grey.shape, UNKNOWN, dtype=np.uint8)
+    classes[occupied > meta["occupied_thresh"]] = OBSTACLE
+    classes[occupied < meta["free_thresh"]] = CLEAR
+    return classes, float(meta["resolution"])
+
+
+def weights_of(classes: Classes, resolution: float) -> npt.NDArray[np.uint8]:
+    """Return traversal weights for a robot of 0.25 m radius."""
+    clearance = truncated_distance(classes == OBSTACLE, resolution, 0.6)
+    return traversal_weights(classes == CLEAR, clearance, 0.25, 0.6)
+
+
+def farthest(weights: npt.NDArray[np.uint8], resolution: float) -> tuple[int, int]:
+    """Return a cell of the largest free region, at its end: the dearest from the cell tried."""
+    free = np.argwhere(weights == 1)
+    best, most = (0, 0), 0
+    for start in free[:: max(len(free) // 8, 1)]:
+        field = cost_field(weights, start, resolution)
+        reached = field.units != UNREACHED
+        if int(reached.sum()) > most:
+            most = int(reached.sum())
+            at = int(np.where(reached, field.units, -1).argmax())
+            best = (at // weights.shape[1], at % weights.shape[1])
+    return best
+
+
+@cache
+def half_known(name: str) -> tuple[Classes, float]:
+    """Return a floor of which discs of 6 m around some places are known, and its resolution."""
+    truth, resolution = floor(name)
+    rng = np.random.default_rng(3)
+    free = np.argwhere(weights_of(truth, resolution) == 1)
+    iy, ix = np.ogrid[: truth.shape[0], : truth.shape[1]]
+    known = np.zeros(truth.shape, dtype=bool)
+    for cy, cx in free[rng.integers(0, len(free), 14)]:
+        known |= (iy - cy) ** 2 + (ix - cx) ** 2 <= (6.0 / resolution) ** 2
+    return np.where(known, truth, UNKNOWN).astype(np.uint8), resolution
+
+
+def distance_full() -> Case:
+    """Distance field of a whole grid."""
+    solid = office() == OBSTACLE
+    run = lambda: truncated_distance(solid, RESOLUTION, 0.5)  # noqa: E731
+    return Case("distance field", "office 1000 x 1000, limit 0.5 m", solid.size, "cells", run)
+
+
+def distance_update() -> Case:
+    """Distance field after one scan."""
+    solid = office() == OBSTACLE
+    field, box = truncated_distance(solid, RESOLUTION, 0.5), CellBox(300, 300, 620, 620)
+    run = lambda: update_distance(field, solid, box, RESOLUTION, 0.5)  # noqa: E731
+    return Case("distance update", "box of 320 x 320, limit 0.5 m", 320 * 320, "cells", run)
+
+
+def weights_case() -> Case:
+    """Traversal weights of a whole grid."""
+    clear = office() == CLEAR
+    clearance = truncated_distance(~clear, RESOLUTION, 0.6)
+    run = lambda: traversal_weights(clear, clearance, 0.25, 0.6)  # noqa: E731
+    return Case("traversal weights", "office 1000 x 1000", clear.size, "cells", run)
+
+
+def costs_open() -> Case:
+    """Cost field of an empty grid."""
+    weights = np.ones((1000, 1000), dtype=np.uint8)
+    run = lambda: cost_field(weights, (10, 10), RESOLUTION)  # noqa: E731
+    return Case("cost field", "empty 1000 x 1000", weights.size, "cells", run)
+
+
+def costs_floor() -> Case:
+    """Cost field of a real floor, with care around obstacles."""
+    classes, resolution = floor("willow")
+    weights = weights_of(classes, resolution)
+    start = farthest(weights, resolution)
+    free = int((cost_field(weights, start, resolution).units != UNREACHED).sum())
+    work = f"floor of {free // 1000}k free cells, 6 weights"
+    return Case("cost field", work, free, "cells", lambda: cost_field(weights, start, resolution))
+
+
+def path_case() -> Case:
+    """One long path, extracted and smoothed."""
+    classes, resolution = floor("willow")
+    weights = weights_of(classes, resolution)
+    field = cost_field(weights, farthest(weights, resolution), resolution)
+    at = int(np.where(field.units != UNREACHED, field.units, -1).argmax())
+    goal = (at // weights.shape[1], at % weights.shape[1])
+    geometry = GridGeometry(resolution, 0.0, 0.0, *weights.shape)
+    work = f"{float(field.at([goal])[0]):.0f} m of cost, smoothed"
+    run = lambda: smooth_path(path_to(field, goal), weights, geometry)  # noqa: E731
+    return Case("path", work, 1, "paths", run)
+
+
+def frontiers_case() -> Case:
+    """Frontiers of a half known floor."""
+    classes, _ = half_known("hospital_62m")
+    rows, cols = classes.shape
+    work = f"{rows} x {cols}, {len(find_frontiers(classes))} places"
+    return Case("frontiers", work, classes.size, "cells", lambda: find_frontiers(classes))
+
+
+def coarsen_case() -> Case:
+    """Blocks of a half known floor."""
+    classes, _ = half_known("hospital_62m")
+    work = f"{classes.shape[0]} x {classes.shape[1]} by 4"
+    return Case("coarsen", work, classes.size, "cells", lambda: coarsen_classes(classes, 4))
+
+
+def gains_case(factor: int) -> Case:
+    """Information gains of 150 frontier cells at 8 m, over blocks of `factor` cells."""
+    classes, resolution = half_known("hospital_62m")
+    found = find_frontiers(classes).cells
+    cells = found[np.linspace(0, len(found) - 1, 150).astype(int)]
+    reach = SENSOR_RANGE / resolution
+    coarse = coarsen_classes(classes, factor)
+    work = f"150 frontiers, 8 m, blocks of {factor * resolution:.2f} m"
+    run: Callable[[], object] = lambda: coarse_information_gains(coarse, cells, reach)  # noqa: E731
+    if factor == 1:
+        run = lambda: information_gains(classes, None, cells, reach)  # noqa: E731
+    return Case("information gain", work, 150, "floods", run)
+
+
+CASES: list[Callable[[], Case]] = [
+    distance_full,
+    distance_update,
+    weights_case,
+    costs_open,
+    costs_floor,
+    path_case,
+    frontiers_case,
+    coarsen_case,
+    lambda: gains_case(4),
+    lambda: gains_case(2),
+    lambda: gains_case(1),
+]
+
+
+def measure(run: Callable[[], object], seconds: float) -> tuple[float, float]:
+    """Return the median and the least time [s] of calls made for about `seconds`."""
+    run()  # compiles
+    run()
+    times: list[float] = []
+    end = time.perf_counter() + seconds
+    while len(times) < 5 or time.perf_counter() < end:
+        begin = time.perf_counter()
+        run()
+        times.append(time.perf_counter() - begin)
+    return float(np.median(times)), min(times)
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description="How fast the kernels are.")
+    parser.add_argument("--only", default="", help="only kernels whose name holds this word")
+    parser.add_argument("--seconds", type=float, default=0.5, help="time for each row")
+    options = parser.parse_args()
+    print(f"{'kernel':<18} {'work':<42} {'rate':>18} {'median ms':>10} {'best ms':>9}")
+    for prepare in CASES:
+        case = prepare()
+        if options.only not in case.kernel:
+            continue
+        median, best = measure(case.run, options.seconds)
+        rate = f"{case.amount / median:,.0f} {case.unit}/s"
+        print(
+            f"{case.kernel:<18} {case.work:<42} {rate:>18} {1e3 * median:>10.3f} {1e3 * best:>9.3f}"
+        )
+
+
+if __name__ == "__main__":
+    main()

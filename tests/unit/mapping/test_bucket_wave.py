@@ -1,0 +1,62 @@
+import heapq
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mapping.bucket_wave import DIAGONAL_STEP, MAX_WEIGHT, STRAIGHT_STEP, UNREACHED, bucket_wave
+
+
+def dijkstra(weights: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    rows, cols = weights.shape
+    units = np.full(weights.shape, UNREACHED, dtype=np.int32)
+    heap = [(0, int(iy), int(ix)) for iy, ix in starts]
+    for _, iy, ix in heap:
+        units[iy, ix] = 0
+    heapq.heapify(heap)
+    while heap:
+        cost, cy, cx = heapq.heappop(heap)
+        for dy in (-1, 0, 1):
+            for dx in (-1, 0, 1):
+                iy, ix = cy + dy, cx + dx
+                if not (0 <= iy < rows and 0 <= ix < cols) or weights[iy, ix] == 0:
+                    continue
+                if dy and dx and (weights[cy, ix] == 0 or weights[iy, cx] == 0):
+                    continue
+                step = DIAGONAL_STEP if dy and dx else STRAIGHT_STEP
+                reached = cost + step * min(int(weights[iy, ix]), MAX_WEIGHT)
+                if reached < units[iy, ix]:
+                    units[iy, ix] = reached
+                    heapq.heappush(heap, (reached, iy, ix))
+    return units
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    shape=st.tuples(st.integers(1, 14), st.integers(1, 14)),
+    blocked=st.sampled_from([0.0, 0.2, 0.45]),
+    heaviest=st.sampled_from([1, 6, 9, 200]),
+    sources=st.integers(1, 3),
+    seed=st.integers(0, 100_000),
+)
+def test_equals_dijkstra(
+    shape: tuple[int, int], blocked: float, heaviest: int, sources: int, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    weights = rng.integers(1, heaviest + 1, shape).astype(np.uint8)
+    weights[rng.random(shape) < blocked] = 0
+    starts = np.column_stack(
+        (rng.integers(0, shape[0], sources), rng.integers(0, shape[1], sources))
+    )
+    np.testing.assert_array_equal(bucket_wave(weights, starts), dijkstra(weights, starts))
+
+
+def test_without_a_start_nothing_is_reached() -> None:
+    units = bucket_wave(np.ones((3, 3), dtype=np.uint8), np.empty((0, 2), dtype=np.int64))
+    assert (units == UNREACHED).all()
+
+
+def test_many_starts_need_larger_buckets() -> None:
+    weights = np.ones((20, 20), dtype=np.uint8)
+    starts = np.argwhere(weights > 0)
+    assert (bucket_wave(weights, starts) == 0).all()

@@ -1,0 +1,53 @@
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mapping.coarse_gain import coarse_information_gains, coarsen_classes
+from mapping.gain_cache import GainCache
+from mapping.grid import CLEAR, CellBox
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    factor=st.sampled_from([1, 2, 4]),
+    reach=st.sampled_from([2.0, 5.0, 40.0]),
+    known=st.sampled_from([0.1, 0.5]),
+    seed=st.integers(0, 100_000),
+)
+def test_equals_a_fresh_computation(factor: int, reach: float, known: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    classes = rng.choice(3, (22, 19), p=[1 - known, known / 2, known / 2]).astype(np.uint8)
+    cache = GainCache(reach)
+    for _ in range(4):
+        changed = []
+        for _ in range(2):
+            iy, ix = int(rng.integers(0, 20)), int(rng.integers(0, 17))
+            box = CellBox(iy, ix, iy + int(rng.integers(0, 3)), ix + int(rng.integers(0, 3)))
+            classes[box.slices] = rng.integers(0, 3, classes[box.slices].shape)
+            changed.append(box)
+        cells = np.argwhere(classes == CLEAR)[:: int(rng.integers(3, 9))]
+        coarse = coarsen_classes(classes, factor)
+        gains, boxes = cache.gains(coarse, cells, changed)
+        fresh_gains, fresh_boxes = coarse_information_gains(coarse, cells, reach)
+        np.testing.assert_array_equal(gains, fresh_gains)
+        np.testing.assert_array_equal(boxes, fresh_boxes)
+
+
+def test_only_what_changed_is_worked_out_again() -> None:
+    classes = np.zeros((20, 60), dtype=np.uint8)
+    classes[:, 28:32] = CLEAR
+    cells = [(10, 28), (10, 31)]
+    cache = GainCache(12.0)
+    coarse = coarsen_classes(classes, 2)
+    first, _ = cache.gains(coarse, cells, [])
+    assert cache.evaluated == 2
+    cache.gains(coarse, cells, [CellBox(10, 50, 12, 52)])
+    assert cache.evaluated == 0
+    classes[10:12, 38:40] = CLEAR
+    second, _ = cache.gains(coarsen_classes(classes, 2), cells, [CellBox(10, 38, 12, 40)])
+    assert cache.evaluated == 1
+    assert second[0] == first[0]
+    assert second[1] < first[1]
+    cache.forget()
+    cache.gains(coarse, cells, [])
+    assert cache.evaluated == 2
