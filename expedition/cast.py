@@ -23,7 +23,6 @@ from sim_world.world_file import World as WorldFile
 from sim_world.world_file import load_world, start_poses
 
 SERVER_NAME, WORLD_NAME = "server", "world"
-_ALONE = frozenset({"body", "clock", "radio"})  # channels on which a name is the sender's own
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +120,7 @@ def world_host(team: TeamSettings, stage: Stage, lockstep: bool = True) -> Host:
             team.mission.max_time_s,
         )
 
-    return Host(WORLD_NAME, build, frozenset({"radio", "uplink"}), frozenset({"body", "radio"}))
+    return Host(WORLD_NAME, build, frozenset({"radio", "uplink"}))
 
 
 def server_host(team: TeamSettings) -> Host:
@@ -145,9 +144,4 @@ def server_host(team: TeamSettings) -> Host:
 
 def agent_host(team: TeamSettings, name: str) -> Host:
     """Return the host of one robot's core."""
-    return Host(
-        name,
-        lambda incarnation: Agent(name, team.robot, incarnation),
-        frozenset(),
-        _ALONE - {"radio"},
-    )
+    return Host(name, lambda incarnation: Agent(name, team.robot, incarnation))

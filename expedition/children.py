@@ -6,7 +6,6 @@ and share memory. Nothing of ZeroMQ, no thread and no event loop exists here bef
 
 from __future__ import annotations
 
-import asyncio
 import ctypes
 import multiprocessing
 import os
@@ -14,22 +13,22 @@ import signal
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from expedition import cast, collect
-from expedition.results.record import save_record_part
+from expedition import cast
+from expedition.errors import StartError
+from expedition.processes import Ties, live_as, play_world, serve
 from expedition.team import TeamSettings
 from protocol.effects import Note
-from protocol.host import Host
-from server.master import Master
-from sim_world.world import World
 
 _PATIENCE_S = 10.0  # how long processes get to write what they know before they are ended by force
+_START_S = 60.0  # how long the world and the server get until they listen
+_LISTENERS = (cast.WORLD_NAME, cast.SERVER_NAME)
 _FORK = multiprocessing.get_context("fork")
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 
@@ -69,19 +68,23 @@ class Children:
         self._on_progress = on_progress
         self._children: dict[str, _Child] = {}
         self._bound: dict[str, str] = {}
+        self._errors: dict[str, str] = {}
+        self._gone_names: set[str] = set()
         self._failed = False
 
     def run(self, realtime: bool, keep_going: Callable[[], bool]) -> str | None:
         """Run the mission; return how it was broken off (`operator`, `failed`), or None.
 
         Raises:
-            OSError: a port is in use.
+            StartError: a process cannot listen where it was told to, or did not start.
         """
+        patience = 0.0
         try:
             self._start_all(realtime)
+            patience = _PATIENCE_S
             interrupted = self._watch(keep_going)
         finally:
-            self._end_all()
+            self._end_all(patience)
         if interrupted:
             return "operator"
         return "failed" if self._failed else None
@@ -89,14 +92,24 @@ class Children:
     # --- starting -----------------------------------------------------------------------------
 
     def _start_all(self, realtime: bool) -> None:
+        """Start the world, then all who join it.
+
+        Nobody needs to know the world's port, so any free one does; operators look for the server at
+        its usual port, and are told when that is taken. A port that was asked for is taken or none.
+        """
         network = self._team.network
-        at = f"tcp://{network.address}"
-        self._start(cast.WORLD_NAME, self._world_child, f"{at}:{network.world_port}", realtime)
+        at, asked = f"tcp://{network.address}:", network.model_fields_set
+        world_port = network.world_port if "world_port" in asked else 0
+        self._start(cast.WORLD_NAME, self._world_child, f"{at}{world_port}", realtime)
         world = self._wait_bound(cast.WORLD_NAME)
-        self._start(cast.SERVER_NAME, self._server_child, world, f"{at}:{network.server_port}")
+        wanted = f"{at}{network.server_port}"
+        endpoints = (wanted,) if "server_port" in asked else (wanted, f"{at}0")
+        self._start(cast.SERVER_NAME, self._server_child, world, endpoints)
         for member in self._team.members():
             self._start(member.name, self._agent_child, world, member.name)
-        self._note(cast.SERVER_NAME, Note("info", f"listens on {self._wait_bound('server')}"))
+        server = self._wait_bound(cast.SERVER_NAME)
+        taken = "" if server == wanted or network.server_port == 0 else f", as {wanted} is in use"
+        self._note(cast.SERVER_NAME, Note("info", f"listens on {server}{taken}"))
 
     def _start(self, name: str, main: Callable[..., Any], *arguments: Any) -> None:
         """Fork a process that runs `main` with its end of a pipe."""
@@ -112,16 +125,15 @@ class Children:
         """Return the endpoint that a process listens on.
 
         Raises:
-            OSError: it cannot listen there.
+            StartError: it cannot listen there.
         """
-        deadline = time.monotonic() + 60.0
+        deadline = time.monotonic() + _START_S
+        child = self._children[name]
         while name not in self._bound:
-            child = self._children[name]
+            ended = not child.process.is_alive()
             self._hear(child, 0.1)
-            if self._failed or not child.process.is_alive() or time.monotonic() > deadline:
-                self._hear(child, 0.1)
-                if name not in self._bound:
-                    raise OSError(self._bound.get(f"{name} error", f"the {name} did not start"))
+            if name not in self._bound and (ended or time.monotonic() > deadline):
+                raise StartError(self._errors.get(name, f"the {name} did not start"))
         return self._bound[name]
 
     # --- watching -----------------------------------------------------------------------------
@@ -129,9 +141,9 @@ class Children:
     def _watch(self, keep_going: Callable[[], bool]) -> bool:
         """Hear the processes until world and server are through; return whether interrupted."""
         while self._alive(cast.WORLD_NAME):
-            pipes = [child.pipe for child in self._children.values()]
-            for pipe in wait(pipes, timeout=0.1):
-                self._hear(next(c for c in self._children.values() if c.pipe is pipe), 0.0)
+            here = {c.pipe: c for c in self._children.values() if c.name not in self._gone_names}
+            for pipe in wait(list(here), timeout=0.1):
+                self._hear(here[pipe], 0.0)
             if not keep_going():
                 return True
         world = self._children[cast.WORLD_NAME]
@@ -161,17 +173,18 @@ class Children:
             from expedition.launch import Progress
 
             self._on_progress(Progress(*value))
-        elif kind == "error":
-            self._bound[f"{child.name} error"] = value
+        elif child.name in _LISTENERS and child.name not in self._bound:
+            self._errors[child.name] = value  # whoever waits for it will say so
+        else:
             self._note(child.name, Note("error", value))
 
     def _gone(self, child: _Child) -> None:
         """A process has ended: note it once."""
-        if child.name in self._bound.get("gone", "").split():
+        if child.name in self._gone_names:
             return
-        self._bound["gone"] = f"{self._bound.get('gone', '')} {child.name}"
+        self._gone_names.add(child.name)
         code = child.process.exitcode
-        if code:
+        if code and child.name not in self._errors:
             how = f"killed by signal {-code}" if code < 0 else f"ended with status {code}"
             self._note(child.name, Note("warning", f"its process was {how}"))
 
@@ -183,23 +196,24 @@ class Children:
 
     # --- ending -------------------------------------------------------------------------------
 
-    def _end_all(self) -> None:
-        """End all processes: those that write results first get the time to."""
+    def _end_all(self, patience: float) -> None:
+        """End all processes; the world goes first and tells the others that it is over.
+
+        Args:
+            patience: how long each may take to write what it knows [s].
+        """
         world = self._children.get(cast.WORLD_NAME)
         if world is not None and world.process.is_alive():
             world.process.terminate()
-            world.process.join(_PATIENCE_S)
-        deadline = time.monotonic() + _PATIENCE_S
+            self._drain(world, patience)
+        deadline = time.monotonic() + patience
         for child in self._children.values():
-            grace = deadline - time.monotonic() if world is not None else 0.0
-            self._drain(child, max(grace, 0.0))
+            self._drain(child, max(deadline - time.monotonic(), 0.0))
             for stop in (child.process.terminate, child.process.kill):
                 if child.process.is_alive():
                     stop()
                     child.process.join(2.0)
             child.pipe.close()
-        for child in self._children.values():
-            child.process.join(0.1)
 
     def _drain(self, child: _Child, patience: float) -> None:
         """Wait for a process to end by itself, hearing what it still tells."""
@@ -212,74 +226,13 @@ class Children:
     # --- what runs in the processes -----------------------------------------------------------
 
     def _world_child(self, tell: _Tell, endpoint: str, realtime: bool) -> None:
-        from sim_world.app import run_world
+        play_world(self._team, self._stage, self._parts, endpoint, realtime, tell.ties())
 
-        host = cast.world_host(self._team, self._stage, not realtime)
-        members = [member.name for member in self._team.members()] + [cast.SERVER_NAME]
-        core = host.core
-        assert isinstance(core, World)
-
-        def keep_going() -> bool:
-            if tell.due() and core.judge.timeline:
-                tell("progress", core.judge.timeline[-1])
-            return not tell.stop
-
-        try:
-            asyncio.run(
-                run_world(
-                    host,
-                    endpoint,
-                    self._team.world.step_s,
-                    members,
-                    realtime,
-                    tell.note,
-                    keep_going,
-                    lambda bound: tell("bound", bound),
-                )
-            )
-        finally:
-            part = collect.world_part(core, self._stage, self._team)
-            save_record_part(self._parts, "1-world", part)
-
-    def _server_child(self, tell: _Tell, world: str, endpoint: str) -> None:
-        from server.app import run_server
-
-        host = cast.server_host(self._team)
-        saved = time.monotonic()
-
-        def keep_going() -> bool:
-            nonlocal saved
-            if time.monotonic() - saved > self._team.checkpoint_s > 0.0:
-                saved = time.monotonic()
-                self._save_server(host)
-            return not tell.stop
-
-        names = [member.name for member in self._team.members()]
-        try:
-            asyncio.run(
-                run_server(
-                    host,
-                    world,
-                    endpoint,
-                    names,
-                    tell.note,
-                    keep_going,
-                    lambda bound: tell("bound", bound),
-                )
-            )
-        finally:
-            self._save_server(host)
-
-    def _save_server(self, host: Host) -> None:
-        master = host.core
-        assert isinstance(master, Master)
-        save_record_part(self._parts, "2-server", collect.server_part(master, master.now))
+    def _server_child(self, tell: _Tell, world: str, endpoints: Sequence[str]) -> None:
+        serve(self._team, self._parts, world, endpoints, tell.ties())
 
     def _agent_child(self, tell: _Tell, world: str, name: str) -> None:
-        from robot_agent.app import run_agent
-
-        host = cast.agent_host(self._team, name)
-        asyncio.run(run_agent(host, world, tell.note, lambda: not tell.stop))
+        live_as(self._team, name, world, tell.ties())
 
 
 class _Tell:
@@ -287,7 +240,6 @@ class _Tell:
 
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
-        self._told = 0.0
         self.stop = False
 
     def __call__(self, kind: str, value: Any) -> None:
@@ -297,16 +249,14 @@ class _Tell:
         except OSError:
             self.stop = True
 
-    def note(self, note: Note) -> None:
-        """Tell a line of the log."""
-        self("note", note)
-
-    def due(self) -> bool:
-        """Whether it is time to tell about the progress again."""
-        if time.monotonic() - self._told < 0.5:
-            return False
-        self._told = time.monotonic()
-        return True
+    def ties(self) -> Ties:
+        """Return what ties the process to the launcher."""
+        return Ties(
+            lambda note: self("note", note),
+            lambda: not self.stop,
+            lambda endpoint: self("bound", endpoint),
+            lambda now, coverage: self("progress", (now, coverage)),
+        )
 
 
 def _child_main(
@@ -314,7 +264,6 @@ def _child_main(
 ) -> None:
     """Run a process of the team; its errors go through the pipe."""
     import setproctitle
-    import uvloop
 
     tell = _Tell(pipe)
     role = name if name in (cast.WORLD_NAME, cast.SERVER_NAME) else f"agent {name}"
@@ -322,7 +271,6 @@ def _child_main(
     ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the launcher decides what Ctrl-C means
     signal.signal(signal.SIGTERM, lambda *_: setattr(tell, "stop", True))
-    uvloop.install()
     try:
         main(tell, *arguments)
     except OSError as error:

@@ -119,11 +119,11 @@ def _by(ledger: dict[tuple[str, str, str], Tally], label: Any) -> dict[str, dict
     return {name: {"count": counts[name], "bytes": sizes[name]} for name in sorted(counts)}
 
 
-def launch_part(team: TeamSettings, stage: Stage, version: str) -> dict[str, Any]:
+def launch_part(team: TeamSettings, world: str, version: str) -> dict[str, Any]:
     """Return what is known before the mission begins."""
     return {
         "team": team.name,
-        "world": stage.world.name,
+        "world": world,
         "strategy": team.mission.strategy,
         "estimator": team.robot.estimator,
         "seed": team.mission.seed,

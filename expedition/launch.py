@@ -6,8 +6,10 @@ from the parts alone, so that whatever ends a run, what was known is written.
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as package_version
@@ -16,6 +18,8 @@ from typing import Any
 
 from expedition import cast, collect
 from expedition.children import Children
+from expedition.errors import StartError
+from expedition.processes import begin_record
 from expedition.results.record import load_record, save_record_part
 from expedition.results.write import write_results
 from expedition.team import TeamSettings
@@ -52,8 +56,23 @@ def version() -> str:
         return "0+unknown"
 
 
+def prepare(team: TeamSettings) -> cast.Stage:
+    """Return the stage of a mission, after checking all that can be known before it begins.
+
+    Raises:
+        UsageError: the settings cannot be used.
+    """
+    cast.check_strategy(team)
+    return cast.set_stage(team)
+
+
 def run_team(
-    team: TeamSettings, out: Path, watch: Watch, in_process: bool = False, realtime: bool = False
+    team: TeamSettings,
+    out: Path,
+    watch: Watch,
+    in_process: bool = False,
+    realtime: bool = False,
+    stage: cast.Stage | None = None,
 ) -> dict[str, Any]:
     """Run a mission and write all its results; return the content of `summary.json`.
 
@@ -63,31 +82,39 @@ def run_team(
         watch: who is told about it.
         in_process: everything in this process instead of one process each.
         realtime: by the wall clock instead of as fast as possible.
+        stage: from `prepare`, if that was done already.
 
     Raises:
         UsageError: the settings cannot be used; nothing was started.
-        OSError: the results cannot be written, or a port is in use.
+        StartError: a process cannot listen where it was told to, or did not start.
+        OSError: the results cannot be written.
     """
-    stage = cast.set_stage(team)
-    cast.check_strategy(team)
+    stage = stage or prepare(team)
     parts = out / "parts"
-    parts.mkdir(parents=True, exist_ok=True)
-    for old in parts.glob("*.npz"):
-        old.unlink()
-    save_record_part(parts, "0-launch", collect.launch_part(team, stage, version()))
+    begin_record(parts, collect.launch_part(team, stage.world.name, version()))
     began = time.monotonic()
     if in_process:
         ended = _run_here(team, stage, parts, watch)
     else:
-        ended = Children(team, stage, parts, watch.note, watch.progress).run(
-            realtime, watch.keep_going
-        )
+        children = Children(team, stage, parts, watch.note, watch.progress)
+        try:
+            ended = children.run(realtime, watch.keep_going)
+        except StartError:
+            _clear_away(out)
+            raise
     wall = time.monotonic() - began
     last: dict[str, Any] = {"wall_time_s": wall}
     if ended is not None:
         last |= {"ended": ended, "reason": _REASONS[ended]}
     save_record_part(parts, "9-launch", last)
     return write_results(load_record(parts), out)
+
+
+def _clear_away(out: Path) -> None:
+    """Remove what was made for a run that never began."""
+    shutil.rmtree(out / "parts", ignore_errors=True)
+    with suppress(OSError):  # somebody's own files are in there
+        out.rmdir()
 
 
 _REASONS = {

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from expedition.launch import Progress
 from expedition.team import TeamSettings
-from protocol.effects import Note
+
+if TYPE_CHECKING:  # what is needed to run a mission takes seconds to import
+    from expedition.launch import Progress
+    from protocol.effects import Note
 
 _BAR = 30  # characters of the coverage bar
 

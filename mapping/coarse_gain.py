@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mapping.compiled import compiled
+from mapping.geometry import Floats
 from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, Cells
 from mapping.information_gain import (
     CLOSED,
@@ -22,10 +23,12 @@ from mapping.information_gain import (
     flood,
     flood_from,
     flood_space,
+    information_gains,
     unvisited,
 )
 
-START_BLOCKS = 2  # how far around a frontier cell the flood runs over fine cells [blocks]
+START_CELLS = 10  # how far around a frontier cell the flood runs over fine cells
+_DOUBTFUL = 2.0  # a flood that leaves the start should find more than this times what lies there
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +98,8 @@ def coarse_information_gains(
 
     Around the frontier cell the flood runs over fine cells, so that it starts on the right side
     of a wall and through narrow gaps; a pocket that ends there is counted exactly. Beyond, it
-    runs over blocks.
+    runs over blocks. Where that leads almost nowhere, because the way on is a gap between
+    obstacles narrower than blocks, the whole flood is done again over fine cells.
 
     Args:
         coarse: from `coarsen_classes`.
@@ -104,10 +108,11 @@ def coarse_information_gains(
 
     Returns:
         gains (N,) in fine cells, or the sums of their weights; and boxes (N, 4) int64, half open,
-        in fine cells (whole blocks, which may reach over the grid's far edges).
+        in fine cells, around all that was flooded (whole blocks, which may reach over the
+        grid's far edges).
     """
     cells = np.asarray(frontier_cells, dtype=np.int64).reshape(-1, 2)
-    return _coarse_gains(
+    gains, boxes, doubtful = _coarse_gains(
         unvisited(coarse.classes),
         coarse.weight,
         coarse.factor,
@@ -116,6 +121,13 @@ def coarse_information_gains(
         cells,
         range_cells,
     )
+    if doubtful.any():
+        weight = coarse.fine_weight if coarse.fine_weight.size else None
+        again, around = information_gains(coarse.fine, weight, cells[doubtful], range_cells)
+        gains[doubtful] = again
+        boxes[doubtful, :2] = np.minimum(boxes[doubtful, :2], around[:, :2])
+        boxes[doubtful, 2:] = np.maximum(boxes[doubtful, 2:], around[:, 2:])
+    return gains, boxes
 
 
 @compiled
@@ -127,11 +139,12 @@ def _coarse_gains(
     fine_weight: npt.NDArray[np.float32],
     cells: Cells,
     range_cells: float,
-) -> Gains:
-    """Compiled body of `coarse_information_gains`."""
+) -> tuple[Floats, Cells, npt.NDArray[np.bool_]]:
+    """Return gains, boxes, and which of them blocks are too coarse for."""
     gains = np.zeros(len(cells))
+    doubtful = np.zeros(len(cells), dtype=np.bool_)
     boxes = np.empty((len(cells), 4), dtype=np.int64)
-    reach, near_reach = range_cells / factor, min(range_cells, 1.0 * START_BLOCKS * factor)
+    reach, near_reach = range_cells / factor, min(range_cells, 1.0 * START_CELLS)
     span = math.ceil(near_reach) + 1
     stack, circle = flood_space(max(reach, near_reach))
     for k in range(len(cells)):
@@ -146,13 +159,14 @@ def _coarse_gains(
         box[0], box[1], box[2], box[3] = box[0] + y0, box[1] + x0, box[2] + y0, box[3] + x0
         if near_reach == range_cells or not _leaves(near, iy - y0, ix - x0, near_reach):
             continue
-        seeds = _seeds(near, y0, x0, visits, factor, stack)
+        seeds, here = _seeds(near, y0, x0, visits, factor, stack), gains[k]
         if seeds > 0:
             middle_y, middle_x = (iy + 0.5) / factor + 0.5, (ix + 0.5) / factor + 0.5
             top = circle_rows(circle, middle_y, middle_x, reach)
             gains[k] = flood(visits, weight, stack, seeds, circle, top, k + 1, box)
             box *= factor
-    return gains, boxes
+        doubtful[k] = seeds == 0 or gains[k] <= _DOUBTFUL * here
+    return gains, boxes, doubtful
 
 
 @compiled

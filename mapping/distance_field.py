@@ -15,6 +15,8 @@ import numpy.typing as npt
 from mapping.compiled import compiled
 from mapping.grid import CellBox, GridGeometry
 
+_BAND_ROWS = 128  # whole grids are done in bands whose buffers stay in the processor's cache
+
 
 def truncated_distance(
     obstacle: npt.NDArray[np.bool_] | npt.NDArray[np.uint8], resolution: float, limit: float
@@ -35,7 +37,10 @@ def truncated_distance(
     solid = _as_bytes(obstacle)
     field = np.empty(solid.shape, dtype=np.float32)
     rows, cols = solid.shape
-    _fill_window(solid, field, 0, 0, rows, cols, reach_cells(limit, resolution), resolution, limit)
+    reach = reach_cells(limit, resolution)
+    for iy in range(0, rows, _BAND_ROWS):
+        above = min(iy + _BAND_ROWS, rows)
+        _fill_window(solid, field, iy, 0, above, cols, reach, resolution, limit)
     return field
 
 

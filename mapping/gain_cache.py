@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from mapping.coarse_gain import START_BLOCKS, CoarseClasses, coarse_information_gains
+from mapping.coarse_gain import START_CELLS, CoarseClasses, coarse_information_gains
 from mapping.grid import CellBox, Cells
 from mapping.information_gain import Gains
 
@@ -57,7 +57,7 @@ class GainCache:
 
     def _still_right(self, changed: Sequence[CellBox], factor: int) -> npt.NDArray[np.int64]:
         """Return the rows of what is kept that no change has touched."""
-        start = START_BLOCKS * factor + 1
+        start = START_CELLS + factor
         low = np.minimum(self._boxes[:, :2] - factor, self._cells - start)
         high = np.maximum(self._boxes[:, 2:] + factor, self._cells + 1 + start)
         right = np.ones(len(self._cells), dtype=np.bool_)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2, wrap_angle
 from mapping.grid import GridGeometry
 
@@ -45,23 +46,21 @@ class MotionModel:
         over a length L with drift q, var(theta) = q L, cov(side, theta) = q L^2 / 2 and
         var(side) = q L^3 / 3. The increment is taken as straight along its chord.
         """
-        length = math.hypot(T_before_after.x, T_before_after.y)
-        way = length + self.still_distance
-        turn = abs(wrap_angle(T_before_after.theta))
-        drift = self.drift_sigma**2
-        spin = self.rotation_sigma**2 * turn
-        side_side = drift * way**3 / 3.0 + spin * length**2 / 3.0 + self.slip_sigma**2 * way
-        side_heading = drift * way**2 / 2.0 + spin * length / 2.0
-        heading = drift * way + spin
-        c, s = (
-            (T_before_after.x / length, T_before_after.y / length) if length > 0.0 else (1.0, 0.0)
+        covariance = np.empty((3, 3))
+        _increment_covariance(
+            T_before_after.x, T_before_after.y, T_before_after.theta, self._noise(), 0.0, covariance
         )
-        along = self.distance_sigma**2 * way
-        xx = c * c * along + s * s * side_side
-        xy = c * s * (along - side_side)
-        yy = s * s * along + c * c * side_side
-        xt, yt = -s * side_heading, c * side_heading
-        return np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, heading]])
+        return covariance
+
+    def _noise(self) -> tuple[float, float, float, float, float]:
+        """Return all settings as plain numbers, for compiled code."""
+        return (
+            self.distance_sigma,
+            self.drift_sigma,
+            self.rotation_sigma,
+            self.slip_sigma,
+            self.still_distance,
+        )
 
     def mean(self, T_map_before: Pose2, T_before_after: Pose2) -> Pose2:
         """Return the most likely pose `T_map_after`."""
@@ -78,13 +77,19 @@ class MotionModel:
             T_before_after: what the wheels say.
         """
         T_map_after = T_map_before @ T_before_after
-        shift = np.eye(3)
-        shift[0, 2] = -(T_map_after.y - T_map_before.y)
-        shift[1, 2] = T_map_after.x - T_map_before.x
-        turn = _turn(T_map_before.theta)
-        grown = shift @ covariance @ shift.T + turn @ self.covariance(T_before_after) @ turn.T
-        symmetric: Floats = 0.5 * (grown + grown.T)
-        return T_map_after, symmetric
+        grown = np.empty((3, 3))
+        _increment_covariance(
+            T_before_after.x,
+            T_before_after.y,
+            T_before_after.theta,
+            self._noise(),
+            T_map_before.theta,
+            grown,
+        )
+        _add_carried(
+            covariance, T_map_after.x - T_map_before.x, T_map_after.y - T_map_before.y, grown
+        )
+        return T_map_after, grown
 
     def log_density(self, T_map_after: Pose2, T_map_before: Pose2, T_before_after: Pose2) -> float:
         """Return log P(s | s', a): s = `T_map_after`, s' = `T_map_before`, a = the increment."""
@@ -94,10 +99,18 @@ class MotionModel:
         self, T_map_after: Pose2, T_map_before: Pose2, T_before_after: Pose2
     ) -> tuple[float, Floats]:
         """Return log P(s | s', a) and its gradient (3,) in (x, y, theta) of s, map frame."""
-        mean = self.mean(T_map_before, T_before_after)
-        turn = _turn(T_map_before.theta)
-        covariance = turn @ self.covariance(T_before_after) @ turn.T
-        return gaussian_log_density(T_map_after, mean, covariance)
+        covariance = np.empty((3, 3))
+        _increment_covariance(
+            T_before_after.x,
+            T_before_after.y,
+            T_before_after.theta,
+            self._noise(),
+            T_map_before.theta,
+            covariance,
+        )
+        return gaussian_log_density(
+            T_map_after, self.mean(T_map_before, T_before_after), covariance
+        )
 
     def sample(
         self, poses_map: Floats, T_before_after: Pose2, rng: np.random.Generator
@@ -182,7 +195,51 @@ def _split(increment: Pose2, pieces: int) -> list[Pose2]:
     return [Pose2(step.real, step.imag, turn)] * pieces
 
 
-def _turn(theta: float) -> Floats:
-    """Return the (3, 3) matrix that turns (x, y, theta) covariances into a frame."""
-    c, s = math.cos(theta), math.sin(theta)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+@compiled
+def _increment_covariance(
+    dx: float,
+    dy: float,
+    turn: float,
+    noise: tuple[float, float, float, float, float],
+    theta: float,
+    covariance: Floats,
+) -> None:
+    """Fill `covariance` (3, 3) of an increment, in a frame in which it begins with heading theta.
+
+    Args:
+        noise: distance, drift, rotation and slip sigmas and the still distance, see `MotionModel`.
+    """
+    length = math.sqrt(dx * dx + dy * dy)
+    way = length + noise[4]
+    drift = noise[1] * noise[1]
+    spin = noise[2] * noise[2] * abs(turn)
+    along = noise[0] * noise[0] * way
+    side = drift * way**3 / 3.0 + spin * length * length / 3.0 + noise[3] * noise[3] * way
+    side_heading = drift * way * way / 2.0 + spin * length / 2.0
+    direction = theta + (math.atan2(dy, dx) if length > 0.0 else 0.0)
+    c, s = math.cos(direction), math.sin(direction)
+    covariance[0, 0] = c * c * along + s * s * side
+    covariance[0, 1] = c * s * (along - side)
+    covariance[1, 1] = s * s * along + c * c * side
+    covariance[0, 2] = -s * side_heading
+    covariance[1, 2] = c * side_heading
+    covariance[2, 2] = drift * way + spin
+    covariance[1, 0], covariance[2, 0] = covariance[0, 1], covariance[0, 2]
+    covariance[2, 1] = covariance[1, 2]
+
+
+@compiled
+def _add_carried(before: Floats, dx: float, dy: float, grown: Floats) -> None:
+    """Add to `grown` the covariance before an offset (dx, dy) [m], carried along by it.
+
+    A heading off by e moves the end of the offset by (-dy, dx) e.
+    """
+    xt = before[0, 2] - dy * before[2, 2]
+    yt = before[1, 2] + dx * before[2, 2]
+    grown[0, 0] += before[0, 0] - dy * (before[0, 2] + xt)
+    grown[0, 1] += before[0, 1] + dx * before[0, 2] - dy * yt
+    grown[1, 1] += before[1, 1] + dx * (before[1, 2] + yt)
+    grown[0, 2] += xt
+    grown[1, 2] += yt
+    grown[2, 2] += before[2, 2]
+    grown[1, 0], grown[2, 0], grown[2, 1] = grown[0, 1], grown[0, 2], grown[1, 2]

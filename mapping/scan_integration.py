@@ -51,20 +51,55 @@ def beam_ends(scan: LaserScan, T_map_base: Pose2) -> tuple[Floats, npt.NDArray[n
         ends: (N, 2) [m], map frame.
         hits: (N,) bool.
     """
-    valid = scan.ranges > 0.0
-    reach = np.minimum(scan.ranges[valid].astype(np.float64), scan.range_max)
-    bearings = scan.bearings[valid]
-    ends_laser = np.column_stack((reach * np.cos(bearings), reach * np.sin(bearings)))
-    return (T_map_base @ scan.T_base_laser).apply(ends_laser), scan.hits[valid]
+    T_map_laser = T_map_base @ scan.T_base_laser
+    return _beam_ends(
+        scan.ranges,
+        scan.bearing_start,
+        scan.bearing_step,
+        scan.range_max,
+        (T_map_laser.x, T_map_laser.y, T_map_laser.theta),
+    )
+
+
+@compiled
+def _beam_ends(
+    ranges: npt.NDArray[np.float32],
+    start: float,
+    step: float,
+    range_max: float,
+    pose: tuple[float, float, float],
+) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """Return ends (N, 2) [m] of the beams of a laser at `pose`, and which of them hit."""
+    ends = np.empty((len(ranges), 2))
+    hits = np.empty(len(ranges), dtype=np.bool_)
+    count = 0
+    for i in range(len(ranges)):
+        if ranges[i] > 0.0:
+            hits[count] = ranges[i] < range_max
+            reach = min(float(ranges[i]), range_max)
+            bearing = pose[2] + start + step * i
+            ends[count, 0] = pose[0] + reach * math.cos(bearing)
+            ends[count, 1] = pose[1] + reach * math.sin(bearing)
+            count += 1
+    return ends[:count], hits[:count]
 
 
 def scan_extent(scan: LaserScan, T_map_base: Pose2) -> tuple[float, float, float, float]:
     """Return the rectangle (x_min, y_min, x_max, y_max) [m] that a scan touches, map frame."""
     T_map_laser = T_map_base @ scan.T_base_laser
     ends, _ = beam_ends(scan, T_map_base)
-    points = np.vstack((ends, (T_map_laser.x, T_map_laser.y)))
-    low, high = points.min(axis=0), points.max(axis=0)
-    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+    return _extent(ends, T_map_laser.x, T_map_laser.y)
+
+
+@compiled
+def _extent(ends: Floats, x: float, y: float) -> tuple[float, float, float, float]:
+    """Return the rectangle around a laser at (x, y) and the ends of its beams [m]."""
+    x_min = x_max = x
+    y_min = y_max = y
+    for i in range(ends.shape[0]):
+        x_min, x_max = min(x_min, ends[i, 0]), max(x_max, ends[i, 0])
+        y_min, y_max = min(y_min, ends[i, 1]), max(y_max, ends[i, 1])
+    return x_min, y_min, x_max, y_max
 
 
 def integrate_scan(
@@ -91,11 +126,11 @@ def integrate_scan(
     """
     settings = settings or IntegrationSettings()
     geometry = grid.geometry
-    box = geometry.box_around(*scan_extent(scan, T_map_base))
-    if box.empty:
-        return EMPTY_BOX
     ends, hits = beam_ends(scan, T_map_base)
     T_map_laser = T_map_base @ scan.T_base_laser
+    box = geometry.box_around(*_extent(ends, T_map_laser.x, T_map_laser.y))
+    if box.empty:
+        return EMPTY_BOX
     between = np.zeros((0, 2))
     if settings.fill_between:
         rays = _rays_between(

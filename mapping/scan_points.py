@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2
@@ -24,23 +25,59 @@ def scan_points(scan: LaserScan) -> Floats:
         (N, 4): x, y [m] and the unit normal of the surface, pointing towards the laser. An end
         point without neighbours is taken to face the laser.
     """
-    points = scan.points_base()
-    facing = np.empty((len(points), 4))
-    _fit_normals(points, scan.T_base_laser.x, scan.T_base_laser.y, facing)
-    return facing
+    T_base_laser = scan.T_base_laser
+    points = _hit_points(
+        scan.ranges,
+        scan.bearing_start,
+        scan.bearing_step,
+        scan.range_max,
+        (T_base_laser.x, T_base_laser.y, T_base_laser.theta),
+    )
+    _fit_normals(points, T_base_laser.x, T_base_laser.y)
+    return points
 
 
 def turned_points(points_base: Floats, T_map_base: Pose2) -> Floats:
     """Return points with normals (N, 4) in the map frame."""
-    turned = np.empty_like(points_base)
-    turned[:, :2] = T_map_base.apply(points_base[:, :2])
-    turned[:, 2:] = Pose2(0.0, 0.0, T_map_base.theta).apply(points_base[:, 2:])
+    return _turned(points_base, T_map_base.x, T_map_base.y, T_map_base.theta)
+
+
+@compiled
+def _turned(points: Floats, x: float, y: float, theta: float) -> Floats:
+    """Return points with normals (N, 4) seen from the frame in which theirs lies at (x, y, theta)."""
+    c, s = math.cos(theta), math.sin(theta)
+    turned = np.empty_like(points)
+    for i in range(points.shape[0]):
+        turned[i, 0] = x + c * points[i, 0] - s * points[i, 1]
+        turned[i, 1] = y + s * points[i, 0] + c * points[i, 1]
+        turned[i, 2] = c * points[i, 2] - s * points[i, 3]
+        turned[i, 3] = s * points[i, 2] + c * points[i, 3]
     return turned
 
 
 @compiled
-def _fit_normals(points: Floats, laser_x: float, laser_y: float, facing: Floats) -> None:
-    """Fit a line through the neighbours of each end point; fill `facing` (N, 4)."""
+def _hit_points(
+    ranges: npt.NDArray[np.float32],
+    start: float,
+    step: float,
+    range_max: float,
+    pose: tuple[float, float, float],
+) -> Floats:
+    """Return (N, 4): end points [m] of the beams that hit, and room for the normals."""
+    points = np.zeros((len(ranges), 4))
+    count = 0
+    for i in range(len(ranges)):
+        if 0.0 < ranges[i] < range_max:
+            bearing = pose[2] + start + step * i
+            points[count, 0] = pose[0] + ranges[i] * math.cos(bearing)
+            points[count, 1] = pose[1] + ranges[i] * math.sin(bearing)
+            count += 1
+    return points[:count]
+
+
+@compiled
+def _fit_normals(points: Floats, laser_x: float, laser_y: float) -> None:
+    """Fit a line through the neighbours of each end point; put its normal beside it."""
     count = points.shape[0]
     for i in range(count):
         x0, y0 = points[i, 0], points[i, 1]
@@ -64,4 +101,4 @@ def _fit_normals(points: Floats, laser_x: float, laser_y: float, facing: Floats)
             nx, ny = -math.sin(angle), math.cos(angle)
             if nx * to_x + ny * to_y < 0.0:
                 nx, ny = -nx, -ny
-        facing[i, 0], facing[i, 1], facing[i, 2], facing[i, 3] = x0, y0, nx, ny
+        points[i, 2], points[i, 3] = nx, ny

@@ -54,11 +54,13 @@ class SurfaceSettings:
     """
 
     occupied_above: float = 0.4
-    reach: int = 8
+    reach: int = 6
     fit_radius: int = 2
-    hits_cap: float = 10.0
-    memory: float = 60.0
-    doubt: float = 1.0
+    hits_cap: float = 1000.0
+    memory: float = 1000.0
+    doubt: float = 20.0
+    sharp: float = 0.0
+    narrow: float = 0.0
     line_below: float = 0.2
     blob_above: float = 0.5
 
@@ -90,7 +92,7 @@ class SurfaceMap:
         self.owned: Ids = np.full((LAYERS, *shape), NO_SURFEL, dtype=np.int32)
         self.count = 0
         self.cells: Ids = np.zeros((256, 3), dtype=np.int32)
-        self.sums: Floats = np.zeros((256, 3))
+        self.sums: Floats = np.zeros((256, 5))
         self.surfels: Floats = np.zeros((256, 5))
         self.occupied: npt.NDArray[np.bool_] = np.zeros(256, dtype=np.bool_)
 
@@ -120,8 +122,8 @@ class SurfaceMap:
             dirty,
         )  # fmt: skip
         flips = _find_flips(
-            grid.log_odds, (box.iy0, box.ix0, box.iy1, box.ix1), self.owned, self.occupied,
-            np.float32(settings.occupied_above), self.cells, dirty,
+            grid.log_odds, (box.iy0, box.ix0, box.iy1, box.ix1), self.occupied,
+            np.float32(settings.occupied_above), self.cells, self.count, dirty,
         )  # fmt: skip
         for cleared in (True, False):
             _move_walls(
@@ -130,7 +132,7 @@ class SurfaceMap:
             )  # fmt: skip
         _refit(
             dirty[: self.count], self.owned, self.occupied, self.cells, self.sums, self.surfels,
-            settings.fit_radius, settings.hits_cap, settings.doubt, (settings.line_below, settings.blob_above),
+            settings.fit_radius, settings.hits_cap, settings.doubt, settings.sharp, settings.narrow, (settings.line_below, settings.blob_above),
         )  # fmt: skip
 
     def _reserve(self, more: int) -> None:
@@ -194,12 +196,11 @@ def _add_hits(
             cells[k, 2] = ix
         if sums[k, 0] >= memory:
             keep = (memory - 1.0) / sums[k, 0]
-            sums[k, 0] *= keep
-            sums[k, 1] *= keep
-            sums[k, 2] *= keep
+            for j in range(5):
+                sums[k, j] *= keep
         sums[k, 0] += 1.0
-        sums[k, 1] += points[i, 0]
-        sums[k, 2] += points[i, 1]
+        for j in range(4):
+            sums[k, j + 1] += points[i, j]
         dirty[k] = True
     return count
 
@@ -208,24 +209,24 @@ def _add_hits(
 def _find_flips(
     log_odds: npt.NDArray[np.float32],
     box: tuple[int, int, int, int],
-    owned: Ids,
     occupied: npt.NDArray[np.bool_],
     threshold: np.float32,
     cells: Ids,
+    surfels: int,
     dirty: npt.NDArray[np.bool_],
 ) -> Ids:
     """Bring `occupied` up to date; return the surfels that became wall or stopped being one."""
     flips = np.empty(len(dirty), dtype=np.int32)
     count = 0
-    for layer in range(2):
-        for iy in range(box[0], box[2]):
-            for ix in range(box[1], box[3]):
-                k = owned[layer, iy, ix]
-                if k >= 0 and (log_odds[iy, ix] > threshold) != occupied[k]:
-                    occupied[k] = not occupied[k]
-                    dirty[k] = True
-                    flips[count] = k
-                    count += 1
+    for k in range(surfels):
+        iy, ix = cells[k, 1], cells[k, 2]
+        if not (box[0] <= iy < box[2] and box[1] <= ix < box[3]):
+            continue
+        if (log_odds[iy, ix] > threshold) != occupied[k]:
+            occupied[k] = not occupied[k]
+            dirty[k] = True
+            flips[count] = k
+            count += 1
     return flips[:count]
 
 
@@ -303,6 +304,8 @@ def _refit(
     radius: int,
     cap: float,
     doubt: float,
+    sharp: float,
+    narrow: float,
     ratios: tuple[float, float],
 ) -> None:
     """Fit the surfels anew in whose neighbourhood something changed."""
@@ -317,7 +320,7 @@ def _refit(
                 j = owned[layer, iy, ix]
                 if j >= 0 and occupied[j] and not again[j]:
                     again[j] = True
-                    _fit_surfel(j, owned, occupied, cells, sums, surfels, radius, cap, doubt, ratios)
+                    _fit_surfel(j, owned, occupied, cells, sums, surfels, radius, cap, doubt, sharp, narrow, ratios)
 
 
 @compiled
@@ -331,6 +334,8 @@ def _fit_surfel(
     radius: int,
     cap: float,
     doubt: float,
+    sharp: float,
+    narrow: float,
     ratios: tuple[float, float],
 ) -> None:
     """Fit a line to the end points around surfel `k`; how much it is a line shapes its matrix."""
@@ -343,7 +348,12 @@ def _fit_surfel(
             j = owned[layer, iy, ix]
             if j < 0:
                 continue
-            w = min(sums[j, 0], cap)
+            agree = sums[k, 3] * sums[j, 3] + sums[k, 4] * sums[j, 4]
+            if agree <= 0.0:
+                continue
+            w = min(sums[j, 0], cap) * (agree / (sums[k, 0] * sums[j, 0])) ** sharp
+            d = (iy - cells[k, 1]) ** 2 + (ix - cells[k, 2]) ** 2
+            w *= math.exp(-d * narrow)
             x = sums[j, 1] / sums[j, 0] - x0
             y = sums[j, 2] / sums[j, 0] - y0
             n += w

@@ -6,9 +6,9 @@ Both sides need it: the world plays this body, the robot's own software plans wi
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from protocol.fields import NotNegative, Positive
 
@@ -64,3 +64,20 @@ class Body(_Part):
     radius_m: Annotated[float, Field(gt=0.01, le=5.0)] = 0.25
     lidar: Lidar = Lidar()
     drive: Drive = Drive()
+
+
+def _known(model: type[BaseModel], value: Any) -> Any:
+    """Return a table with only the keys that `model` has, also in the tables within."""
+    if not isinstance(value, dict):
+        return value
+    kept = {}
+    for key, field in model.model_fields.items():
+        if key in value:
+            inner = field.annotation
+            nested = isinstance(inner, type) and issubclass(inner, BaseModel)
+            kept[key] = _known(inner, value[key]) if nested and inner else value[key]
+    return kept
+
+
+# In a settings file an unknown key is a slip of the pen; on the wire it is a newer minor version.
+WireBody = Annotated[Body, BeforeValidator(lambda value: _known(Body, value))]

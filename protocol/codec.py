@@ -16,8 +16,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from protocol.errors import FrameError, MessageError, UnknownTypeError, VersionError
-from protocol.fields import ArrayField
-from protocol.messages import PROTOCOL_VERSION, FleetMessage, Message
+from protocol.fields import ArrayField, is_name
+from protocol.messages import EVERYONE, PROTOCOL_VERSION, FleetMessage, Message
 from protocol.world_messages import WorldMessage
 
 MAX_PARTS = 8
@@ -120,7 +120,8 @@ def decode_header(frame: Sequence[bytes]) -> Header:
         isinstance(version, list)
         and len(version) == 2
         and all(_is_count(number) for number in version)
-        and all(isinstance(text, str) and 0 < len(text) <= 32 for text in (kind, source, to))
+        and all(isinstance(text, str) and is_name(text) for text in (kind, source))
+        and (to == EVERYONE or (isinstance(to, str) and is_name(to)))
         and _is_count(sequence)
         and _is_count(acknowledged)
         and isinstance(stamp, float)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 
 import msgpack
 import zmq
@@ -16,6 +17,7 @@ import zmq.asyncio
 
 from protocol.effects import Note
 from protocol.errors import FrameError
+from protocol.fields import is_name
 from protocol.lockstep import Bundle, Conductor
 from protocol.transports.bundles import (
     DONE,
@@ -28,7 +30,7 @@ from protocol.transports.bundles import (
     unpack_parcels,
 )
 
-PING_PERIOD = 0.5  # [s], wall; how soon a dead process is noticed in lockstep
+PING_PERIOD = 0.5  # [s], wall; how soon a dead process is noticed
 LINGER_MS = 500
 
 
@@ -83,6 +85,7 @@ class Stage:
         self._expected = frozenset(expected)
         self._on_note = on_note
         self._routes: dict[str, bytes] = {}
+        self._next_ping = 0.0
 
     async def run(self, realtime: bool, keep_going: Callable[[], bool]) -> str:
         """Wait for the team, run the mission, tell everybody that it is over; return why."""
@@ -104,6 +107,7 @@ class Stage:
         asked = time.monotonic()
         while keep_going() and (missing := self._expected - set(self._routes)):
             await self._take(0.2)
+            await self._ping()
             if time.monotonic() - asked > 10.0:
                 asked = time.monotonic()
                 self._on_note(Note("info", f"waiting for {', '.join(sorted(missing))} to join"))
@@ -111,14 +115,22 @@ class Stage:
     async def _until_done(self, _: float, keep_going: Callable[[], bool]) -> None:
         """Lockstep: wait for the answers of all members that have this instant."""
         while self._conductor.awaited and keep_going():
-            if not await self._take(PING_PERIOD):
-                for name in sorted(self._conductor.awaited):
-                    await self._send_to(name, [PING])
+            await self._take(PING_PERIOD)
+            await self._ping()
 
     async def _until_time(self, due: float, keep_going: Callable[[], bool]) -> None:
         """Real time: take answers as they come until the next instant is due."""
         while (left := due - time.monotonic()) > 0.0 and keep_going():
-            await self._take(left)
+            await self._take(min(left, PING_PERIOD))
+            await self._ping()
+
+    async def _ping(self) -> None:
+        """Ping everybody now and then: finds who is gone, and tells the rest that we are here."""
+        if time.monotonic() < self._next_ping:
+            return
+        self._next_ping = time.monotonic() + PING_PERIOD
+        for name in sorted(self._routes):
+            await self._send_to(name, [PING])
 
     async def _take(self, timeout: float) -> bool:
         """Take one message, if one comes within `timeout` [s]; return whether one came."""
@@ -127,6 +139,8 @@ class Stage:
         message = await self._socket.recv_multipart()
         identity, kind = message[0], message[1] if len(message) > 1 else b""
         name = identity.split(b"#")[0].decode("utf-8", "replace")
+        if not is_name(name):
+            return True
         if kind == JOIN:
             await self._join(name, identity)
         elif kind == DONE and self._routes.get(name) == identity:
@@ -140,6 +154,8 @@ class Stage:
                 identity, f"no robot named {name!r} here: use {', '.join(sorted(self._expected))}"
             )
             return
+        if self._routes.get(name) == identity:
+            return  # it knocked more than once before the door was open
         if name in self._routes:
             await self._send_to(name, [PING])  # notices when the holder of the name is gone
         if name in self._routes:
@@ -152,7 +168,9 @@ class Stage:
     async def _refuse(self, identity: bytes, reason: str) -> None:
         """Tell a process why it is not taken in."""
         self._on_note(Note("warning", f"refused to join: {reason}"))
-        await self._socket.send_multipart([identity, REFUSE, msgpack.packb(reason)])
+        message = [identity, REFUSE, msgpack.packb(reason)]
+        with suppress(zmq.ZMQError):  # whoever asked may be gone already
+            await self._socket.send_multipart(message, flags=zmq.DONTWAIT)
 
     def _done(self, name: str, message: list[bytes]) -> None:
         """Take a member's answer; one that cannot be read ends its part in the mission."""
@@ -174,7 +192,9 @@ class Stage:
     async def _send_to(self, name: str, message: list[bytes]) -> None:
         """Send a member something; notice when it is gone."""
         try:
-            await self._socket.send_multipart([self._routes[name], *message])
+            await self._socket.send_multipart(
+                [self._routes[name], *message], flags=zmq.DONTWAIT
+            )
         except zmq.ZMQError:
             self._on_note(
                 Note("warning", f"{name} is gone: its process ended or cannot be reached")

@@ -5,6 +5,7 @@ ProtocolError
  +-- MessageError        a frame whose message breaks its type's rules (shape, range, finiteness)
  +-- UnknownTypeError    a type this version does not know: counted and dropped, not a fault
  +-- VersionError        another major version
+RefusedError             nothing wrong with the bytes: the world does not take a process in
 """
 
 from __future__ import annotations
@@ -28,3 +29,7 @@ class UnknownTypeError(ProtocolError):
 
 class VersionError(ProtocolError):
     """The peer speaks another major version of the protocol."""
+
+
+class RefusedError(Exception):
+    """The world does not take this process in; the text says why."""

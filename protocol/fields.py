@@ -7,6 +7,7 @@ elements and finiteness of arrays; finiteness and range of numbers; characters o
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -103,15 +104,28 @@ PoseField = Annotated[
 ]
 
 
+_NAME = re.compile(r"[A-Za-z0-9_.-]{1,32}")
+
+
+def is_name(text: str) -> bool:
+    """Whether a text can be the name of a process, and is safe to print."""
+    return _NAME.fullmatch(text) is not None
+
+
 def _name(value: str) -> str:
     """Check a process's name."""
-    if not value or len(value) > 32 or not all(c.isalnum() or c in "-_." for c in value):
+    if not is_name(value):
         raise ValueError("a name is 1 to 32 letters, digits, '-', '_' or '.'")
     return value
 
 
 Name = Annotated[str, AfterValidator(_name)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Coordinate = Annotated[
+    float, Field(ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE, allow_inf_nan=False)
+]
+StartSigma = Annotated[float, Field(ge=0.0, le=1.0e3, allow_inf_nan=False)]
+RangeMax = Annotated[float, Field(gt=0.0, le=1.0e3, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=0, le=2**53)]

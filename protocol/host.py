@@ -25,7 +25,8 @@ from protocol.effects import (
     Stop,
     Strike,
 )
-from protocol.errors import ProtocolError, UnknownTypeError
+from protocol.errors import FrameError, ProtocolError, UnknownTypeError
+from protocol.messages import WORLD
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +55,9 @@ class Host:
         name: the process's name, the `source` of all it sends.
         build: makes the core; called again when the process restarts.
         raw_channels: channels whose frames are passed on rather than understood.
-        own_name_only: channels on which a frame must carry the name of the peer that sent it
-            (everywhere but on the relay's uplink, which forwards for others).
+
+    A frame must carry the name of the peer that sent it, unless that peer is the world: its relay
+    forwards for others.
     """
 
     def __init__(
@@ -63,12 +65,10 @@ class Host:
         name: str,
         build: Callable[[int], Core],
         raw_channels: frozenset[str] = frozenset(),
-        own_name_only: frozenset[str] = frozenset(),
     ) -> None:
         self.name = name
         self._build = build
         self._raw_channels = raw_channels
-        self._own_name_only = own_name_only
         self._sequences: Counter[tuple[str, str]] = Counter()
         self.core = build(0)
         self.rejected: Counter[tuple[str, str]] = Counter()
@@ -123,8 +123,8 @@ class Host:
 
     def _check_source(self, parcel: Parcel, header: Header) -> None:
         """Refuse a frame under somebody else's name."""
-        if parcel.channel in self._own_name_only and header.source != parcel.peer:
-            raise ProtocolError(f"{parcel.peer} sent a frame in the name of {header.source}")
+        if parcel.peer != WORLD and header.source != parcel.peer:
+            raise FrameError(f"{parcel.peer} sent a frame in the name of {header.source}")
 
     def _carry_out(self, effects: Iterable[Effect], now: float, outbox: Outbox) -> None:
         """Sort effects into the outbox, encoding messages."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 
 from protocol.effects import Note, Strike
 from protocol.host import Host, Outbox, Parcel
+from protocol.messages import WORLD
 
 # What a channel is called at the other end.
 FAR_END = {"body": "body", "clock": "clock", "radio": "radio", "fleet": "uplink", "uplink": "fleet"}
@@ -81,6 +82,8 @@ class Conductor:
         """Take a process in, from the next instant on; return which life of it this is."""
         incarnation = self._lives[name]
         self._lives[name] += 1
+        if self.instant == 0:
+            self._departed.pop(name, None)  # the mission has not begun: nobody missed it
         self.members[name] = Member(incarnation=incarnation)
         return incarnation
 
@@ -131,7 +134,7 @@ class Conductor:
         for parcel in outbox.parcels:
             member = self.members.get(parcel.peer)
             if member is not None and not member.dead:
-                member.waiting.append(Parcel(FAR_END[parcel.channel], "world", parcel.frame))
+                member.waiting.append(Parcel(FAR_END[parcel.channel], WORLD, parcel.frame))
         for strike in outbox.strikes:
             self._strike(strike)
         self.notes += outbox.notes

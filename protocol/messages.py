@@ -13,9 +13,10 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from protocol.body import Body
+from protocol.body import WireBody
 from protocol.fields import (
     Bytes,
+    Coordinate,
     Count,
     Covariance,
     Finite,
@@ -25,8 +26,10 @@ from protocol.fields import (
     Points,
     PoseField,
     Positive,
+    RangeMax,
     Ranges,
     Rectangles,
+    StartSigma,
     Text,
     Track,
 )
@@ -34,6 +37,7 @@ from protocol.fields import (
 PROTOCOL_VERSION = (1, 0)
 
 SERVER = "server"
+WORLD = "world"
 EVERYONE = "*"
 
 
@@ -58,10 +62,10 @@ class Hello(Message):
     type: Literal["hello"] = "hello"
     role: Literal["robot", "operator", "observer"]
     incarnation: Count = 0
-    body: Body | None = None
+    body: WireBody | None = None
     start: PoseField | None = None
-    start_sigma_m: NotNegative = 0.0
-    start_sigma_deg: NotNegative = 0.0
+    start_sigma_m: StartSigma = 0.0
+    start_sigma_deg: StartSigma = 0.0
 
 
 class Welcome(Message):
@@ -131,7 +135,7 @@ class ScanReport(Message):
     ranges: Ranges
     bearing_start_rad: Finite
     bearing_step_rad: Finite
-    range_max_m: Positive
+    range_max_m: RangeMax
     T_base_laser: PoseField
     T_odom_base: PoseField
     covariance: Covariance
@@ -161,8 +165,8 @@ class MapSnapshot(Message):
     type: Literal["map_snapshot"] = "map_snapshot"
     number: Count
     resolution_m: Positive
-    origin_x_m: Finite
-    origin_y_m: Finite
+    origin_x_m: Coordinate
+    origin_y_m: Coordinate
     rows: Annotated[int, Field(ge=1, le=20000)]
     cols: Annotated[int, Field(ge=1, le=20000)]
     cells: Bytes
@@ -224,7 +228,7 @@ class Award(Message):
     type: Literal["award"] = "award"
     task: Count
     kind: Literal["explore", "visit", "wait", "drive", "pause"]
-    goal_map: Annotated[tuple[Finite, Finite], Field()]
+    goal_map: tuple[Coordinate, Coordinate]
     lease_s: Positive
     speed_m_s: Finite = 0.0
     turn_rate_rad_s: Finite = 0.0
@@ -273,8 +277,8 @@ class VisitRequest(Message):
 
     type: Literal["visit_request"] = "visit_request"
     robot: Name
-    x_m: Finite
-    y_m: Finite
+    x_m: Coordinate
+    y_m: Coordinate
 
 
 class PauseRequest(Message):

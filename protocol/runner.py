@@ -14,6 +14,7 @@ import zmq
 import zmq.asyncio
 
 from protocol.effects import Note
+from protocol.errors import RefusedError
 from protocol.host import Host, Outbox, Parcel
 from protocol.lockstep import Bundle
 from protocol.transports.bundles import (
@@ -29,11 +30,8 @@ from protocol.transports.bundles import (
 from protocol.transports.direct import DirectPeers
 
 JOIN_PERIOD_MS = 1000
-WORLD_SILENCE_MS = 60_000  # the world pings while it waits: a minute of nothing means it is gone
-
-
-class RefusedError(Exception):
-    """The world does not take this process in; the text says why."""
+WORLD_SILENCE_MS = 60_000  # the world pings all the time: a minute of nothing means it is gone
+PATIENCE_MS = 5_000  # a person who waits for the world longer than this is told so
 
 
 class Runner:
@@ -87,6 +85,8 @@ class Runner:
                 quiet += JOIN_PERIOD_MS
                 if not joined:
                     await socket.send_multipart([JOIN])
+                    if quiet == PATIENCE_MS:
+                        self._on_note(Note("info", f"waiting for the world at {self._endpoint}"))
                 elif quiet >= WORLD_SILENCE_MS:
                     raise TimeoutError(f"the world at {self._endpoint} fell silent")
                 continue

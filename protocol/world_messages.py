@@ -10,8 +10,17 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from protocol.body import Body
-from protocol.fields import Count, Finite, NotNegative, PoseField, Positive, Ranges, Text
+from protocol.body import WireBody
+from protocol.fields import (
+    Count,
+    Finite,
+    NotNegative,
+    PoseField,
+    Positive,
+    Ranges,
+    StartSigma,
+    Text,
+)
 from protocol.messages import Message
 
 
@@ -34,10 +43,10 @@ class Joined(Message):
     lockstep: bool
     now_s: NotNegative
     step_s: Positive
-    body: Body | None = None
+    body: WireBody | None = None
     start: PoseField | None = None
-    start_sigma_m: NotNegative = 0.0
-    start_sigma_deg: NotNegative = 0.0
+    start_sigma_m: StartSigma = 0.0
+    start_sigma_deg: StartSigma = 0.0
     radio: Text = ""
 
 

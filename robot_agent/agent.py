@@ -7,7 +7,7 @@ clock, no socket and no file: the same core runs in a simulated team and on a re
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -56,6 +56,7 @@ class Agent:
         self._points_base = _NO_POINTS
         self._speed = 0.0
         self._path_map = np.zeros((0, 2), dtype=np.float32)
+        self._news: Sequence[Message] = ()
         self._next_heartbeat = 0.0
         self._next_hello = 0.0
         self._map_asked = -math.inf
@@ -145,12 +146,15 @@ class Agent:
         effects = self._look_around(message) or self._drive(message, now)
         if not self._welcome:
             return effects
-        if len(message.ranges) and mapping.report_due(self._aligned):
+        arrived = any(isinstance(word, words.TaskEnd) for word in self._news)
+        if (len(message.ranges) and mapping.report_due(self._aligned)) or (
+            arrived and mapping.has_news
+        ):
             effects.append(Send("radio", SERVER, mapping.report()))
         T_map_base = self._T_map_odom @ mapping.T_odom_base
         ready = self._aligned and self._looked and not self._ended
         if ready and work.wants_bids:
-            bid = explorer.bid(T_map_base, self._teammates.others, now)
+            bid = explorer.bid(T_map_base, work.idle, now)
             effects += [Send("radio", SERVER, bid)] if bid else []
         return [*effects, *self._heartbeat(mapping, planning_map, now)]
 
@@ -197,6 +201,7 @@ class Agent:
         )
         self._speed, self._path_map = step.speed, step.path_map[:_PATH_POINTS].astype(np.float32)
         command = MotionCommand(speed_m_s=step.speed, turn_rate_rad_s=step.turn_rate)
+        self._news = step.news
         news = [Send("radio", SERVER, message) for message in step.news]
         return [Send("body", "world", command), *news]
 

@@ -23,7 +23,7 @@ async def run_agent(
         keep_going: asked all the time; when false the robot leaves the team.
 
     Raises:
-        protocol.runner.RefusedError: the world does not take the robot in.
+        protocol.errors.RefusedError: the world does not take the robot in.
         TimeoutError: the world fell silent.
     """
     context = zmq.asyncio.Context()

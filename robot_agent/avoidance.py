@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from mapping.compiled import compiled
 from mapping.geometry import Floats
@@ -157,44 +156,3 @@ def best_curvature(
             if away < least:
                 chosen, least = curvature, away
     return chosen, least
-
-
-@compiled
-def free_backwards(
-    clearance: npt.NDArray[np.float32],
-    origin_x: float,
-    origin_y: float,
-    resolution: float,
-    x: float,
-    y: float,
-    theta: float,
-    least: float,
-    length: float,
-) -> float:
-    """Return how far [m] the robot can back up straight, by the map: the rear is not seen.
-
-    Args:
-        clearance: (rows, cols) float32 [m], of the planning map.
-        origin_x: x of its corner [m], map frame.
-        origin_y: y of its corner [m].
-        resolution: edge of a cell [m].
-        x: where the robot is [m], map frame.
-        y: [m].
-        theta: its heading [rad].
-        least: the clearance it needs [m]; where it has less it must not fall further.
-        length: how far to look [m].
-    """
-    rows, cols = clearance.shape
-    held = -1.0
-    step = 0.5 * resolution
-    for k in range(math.floor(length / step) + 1):
-        px, py = x - math.cos(theta) * k * step, y - math.sin(theta) * k * step
-        iy, ix = math.floor((py - origin_y) / resolution), math.floor((px - origin_x) / resolution)
-        if iy < 0 or ix < 0 or iy >= rows or ix >= cols:
-            return max(k - 1, 0) * step
-        if k == 0:
-            held = min(np.float64(clearance[iy, ix]), least)
-        elif clearance[iy, ix] < held:
-            return (k - 1) * step
-        held = max(held, min(np.float64(clearance[iy, ix]), least))
-    return length

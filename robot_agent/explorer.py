@@ -5,8 +5,6 @@ Source: Simmons et al. 2000, section "Constructing Bids".
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import numpy.typing as npt
 
@@ -22,7 +20,6 @@ from protocol.body import Body
 from protocol.map_cells import dequantise
 from protocol.messages import Bid
 from robot_agent.planning_map import PlanningMap
-from robot_agent.right_of_way import Teammate
 from robot_agent.settings import ExplorerSettings
 
 _EPSILON = 1e-9
@@ -43,7 +40,9 @@ class Explorer:
         self._settings = settings
         self._map = planning_map
         self._geometry = planning_map.geometry
-        self._cache = GainCache(body.lidar.range_max_m / self._geometry.resolution)
+        self._cache = GainCache(
+            min(body.lidar.range_max_m, settings.gain_range_m) / self._geometry.resolution
+        )
         self._changed: list[CellBox] = []
         steps = np.arange(256, dtype=np.uint8).view(np.int8)
         self._weight_of_byte = entropy_weight(dequantise(steps))
@@ -61,15 +60,15 @@ class Explorer:
         else:
             self._changed.append(box)
 
-    def bid(self, T_map_base: Pose2, teammates: Sequence[Teammate], now: float) -> Bid | None:
+    def bid(self, T_map_base: Pose2, idle: bool, now: float) -> Bid | None:
         """Return a bid on the map as it is now, or None when there is nothing new to say.
 
         Args:
             T_map_base: where the robot is, map frame.
-            teammates: the others; their places do not block the way, they move.
+            idle: a robot without a task bids without waiting for the period to pass.
             now: mission time [s].
         """
-        if not self._dirty or now < self._next - _EPSILON:
+        if not self._dirty or (now < self._next - _EPSILON and not idle):
             return None
         self._dirty = False
         self._next = now + self._settings.bid_period_s
@@ -78,8 +77,10 @@ class Explorer:
         spacing = max(1, round(self._settings.spacing_m / resolution))
         frontiers = find_frontiers(self._map.classes, spacing, self._settings.frontier_cells_min)
         places, costs, reached = self._costs(T_map_base, frontiers.cells)
-        open_cells = frontiers.cells[reached]
-        gains, rectangles = self._gains(open_cells)
+        gains, rectangles = self._gains(frontiers.cells[reached])
+        if self._settings.openings_limit_gains:
+            widths = frontiers.component_size[reached] * resolution
+            gains = np.minimum(gains, widths * self._body.lidar.range_max_m)
         keep = self._best(gains)
         return Bid(
             number=self._number,

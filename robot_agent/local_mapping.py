@@ -87,6 +87,11 @@ class LocalMapping:
             or turned >= math.radians(settings.report_turned_deg)
         )
 
+    @property
+    def has_news(self) -> bool:
+        """Whether the last scan has not been reported."""
+        return self._since_report > 0
+
     def report(self) -> ScanReport:
         """Make a report of the last scan and keep it until the server has it."""
         scan = self.scan

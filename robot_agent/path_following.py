@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from mapping.bucket_wave import BLOCKED
 from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2, wrap_angle
-from mapping.path_planning import BLOCKED
 from robot_agent.navigation_settings import DrivingSettings
 
 # Points of a path are this far apart [m]: finer than any lookahead.
@@ -118,7 +118,7 @@ class DrivenPath:
 def _nearest_on_path(
     points: Floats, lengths: Floats, least: float, most: float, x: float, y: float
 ) -> tuple[float, float]:
-    """Return the length [m] at which a path between two lengths is nearest to a point, and how near."""
+    """Return where between two lengths a path is nearest to a point, and how near, both [m]."""
     found, nearest = lengths[0], 1e18
     for k in range(len(points) - 1):
         if lengths[k + 1] < least or lengths[k] > most:
@@ -154,7 +154,7 @@ def _first_blocked(
         iy = math.floor((points[k, 1] - origin_y) / resolution)
         ix = math.floor((points[k, 0] - origin_x) / resolution)
         if iy < 0 or ix < 0 or iy >= rows or ix >= cols or weights[iy, ix] == BLOCKED:
-            return lengths[k] - least
+            return float(lengths[k] - least)
     return np.inf
 
 

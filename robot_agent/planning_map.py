@@ -40,7 +40,7 @@ class PlanningMap:
         cells: (rows, cols) int8, log-odds in steps of 1/20.
         classes: (rows, cols) uint8, UNKNOWN, CLEAR or OBSTACLE.
         clearance: (rows, cols) float32 [m], distance to the nearest obstacle cell, truncated.
-        weights: (rows, cols) float32, see `mapping.path_planning.traversal_weights`.
+        weights: (rows, cols) uint8, see `mapping.path_planning.traversal_weights`.
     """
 
     def __init__(self, body_radius: float, settings: PlanningMapSettings) -> None:
@@ -152,9 +152,6 @@ class PlanningMap:
         self.geometry = larger
         self.cells = padding.pad(self.cells, 0)
         self.classes = padding.pad(self.classes, UNKNOWN)
-        clearance = padding.pad(self.clearance, limit)
-        weights = padding.pad(self.weights, 0.0)
-        self.clearance, self.weights = clearance, weights
         # Obstacles near the old edge reach over it into the new cells.
         self.clearance = truncated_distance(self.classes == OBSTACLE, larger.resolution, limit)
         self.weights = self._weights_of(self.classes, self.clearance)
@@ -186,7 +183,7 @@ class PlanningMap:
 
     def _weights_of(
         self, classes: npt.NDArray[np.uint8], clearance: npt.NDArray[np.float32]
-    ) -> npt.NDArray[np.float32]:
+    ) -> npt.NDArray[np.uint8]:
         """Return the traversal weights of a part of the grid."""
         # Clearance is to the middle of an obstacle's cell, whose edge is half a cell nearer.
         least = self._body_radius + 0.5 * self.geometry.resolution - _ROUNDING

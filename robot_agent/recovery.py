@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mapping.geometry import Pose2, wrap_angle
 from robot_agent.navigation_settings import RecoverySettings
+from robot_agent.planning_map import PlanningMap
+from robot_agent.right_of_way import Sighting
 
 # A bump that lasts this long is no graze [s].
 _BUMP_LASTS = 0.25
@@ -115,3 +118,38 @@ class Recovery:
         if now < self.until and abs(turned) < abs(self.turn):
             return 0.0, math.copysign(0.75 * turn_rate_max, self.turn)
         return None
+
+
+def room_behind(
+    planning_map: PlanningMap,
+    T_map_base: Pose2,
+    others: Sequence[Sighting],
+    body_radius: float,
+    length: float,
+) -> float:
+    """Return how far [m] the robot can back up straight: by the map, for the rear is not seen.
+
+    Args:
+        planning_map: the robot's map.
+        T_map_base: where the robot is.
+        others: the teammates; with one near there is no room.
+        body_radius: of the robot [m].
+        length: how far it wants to back up [m].
+    """
+    for other in others:
+        away = math.hypot(other.x - T_map_base.x, other.y - T_map_base.y)
+        if away < body_radius + other.teammate.radius + 2.0 * length:
+            return 0.0
+    geometry = planning_map.geometry
+    step = 0.5 * geometry.resolution
+    c, s = math.cos(T_map_base.theta), math.sin(T_map_base.theta)
+    needed, held, room = body_radius + geometry.resolution, 0.0, 0.0
+    for k in range(math.floor(length / step) + 1):
+        clearance = planning_map.clearance_at(
+            T_map_base.x - c * k * step, T_map_base.y - s * k * step
+        )
+        # Too near to something already, it may go where that gets no worse.
+        if clearance < held:
+            break
+        held, room = min(clearance, needed), k * step
+    return room

@@ -102,10 +102,12 @@ class RouteChoice:
         if direct is not None:
             around = self._around(situation, planning_map, rivals)
             most = self._settings.detour_factor * direct.cost + self._settings.detour_m
-            fair = around is not None and around.cost <= most
-            if around is not None and fair:
-                if not self.rivals(now, situation, around.path.points_map):
-                    return Choice(around, math.inf, False, around.path.length, True)
+            if (
+                around is not None
+                and around.cost <= most
+                and not self.rivals(now, situation, around.path.points_map)
+            ):
+                return Choice(around, math.inf, False, around.path.length, True)
         route, stop_at = self._out_of_the_way(situation, planning_map, rivals, direct)
         return Choice(route, stop_at, True, to_go, reachable)
 

@@ -15,13 +15,12 @@ import numpy.typing as npt
 
 from mapping.bucket_wave import BLOCKED, STRAIGHT_STEP
 from mapping.compiled import compiled
-from mapping.geometry import Floats, Pose2
+from mapping.geometry import Floats
 from mapping.grid import CLEAR, Cells
 from mapping.path_escape import ESCAPE_WEIGHT, with_escape
 from mapping.path_planning import cost_field, smooth_path
 from robot_agent.path_following import SPACING, DrivenPath, evenly_spaced
 from robot_agent.planning_map import PlanningMap
-from robot_agent.right_of_way import Sighting
 from robot_agent.route_search import (
     NO_ESTIMATE,
     Units,
@@ -35,10 +34,6 @@ from robot_agent.route_search import (
 _ESCAPE_RADIUS = 0.8
 # How often a path is drawn smooth; with 0.1 m between points corners get radii of about 0.5 m.
 _RELAXATIONS = 60
-# Scan points this near are taken for obstacles if nothing explains them [m].
-_NEAR_POINTS = 3.0
-# A point this near to a mapped obstacle, or to a teammate's rim, is explained by it [m].
-_EXPLAINED = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,7 +215,7 @@ def _weight_at(
     iy, ix = math.floor((y - origin_y) / resolution), math.floor((x - origin_x) / resolution)
     if iy < 0 or ix < 0 or iy >= weights.shape[0] or ix >= weights.shape[1]:
         return BLOCKED
-    return np.int64(weights[iy, ix])
+    return int(weights[iy, ix])
 
 
 @compiled
@@ -246,30 +241,3 @@ def _relax(
 def _looked_up(grid: npt.NDArray[np.float32], cells: Cells) -> Floats:
     """Return the values (n,) of a grid at cells (n, 2); the path lies within the grid."""
     return grid[cells[:, 0], cells[:, 1]].astype(np.float64)
-
-
-def unmapped_points(
-    planning_map: PlanningMap,
-    T_map_base: Pose2,
-    points_base: Floats,
-    others: Sequence[Sighting],
-) -> Floats:
-    """Return the near scan points (n, 2) [m], map frame, that neither map nor teammates explain.
-
-    Args:
-        planning_map: the robot's map.
-        T_map_base: where the robot is.
-        points_base: (m, 2) [m], what the lidar sees, base frame.
-        others: the teammates.
-    """
-    near = points_base[(points_base**2).sum(axis=1) < _NEAR_POINTS**2]
-    points = T_map_base.apply(near)
-    geometry = planning_map.geometry
-    cells = geometry.cells_at(points)
-    points = points[geometry.contains(cells)]
-    cells = geometry.cells_at(points)
-    points = points[planning_map.clearance[cells[:, 0], cells[:, 1]] > _EXPLAINED]
-    for other in others:
-        away = np.hypot(points[:, 0] - other.x, points[:, 1] - other.y)
-        points = points[away > other.teammate.radius + _EXPLAINED]
-    return points

@@ -76,7 +76,7 @@ def _drawn_wave(
     filled = np.zeros(_BUCKETS, dtype=np.int64)
     best[start_iy, start_ix] = 0
     queue[0, 0], filled[0] = start_iy * cols + start_ix, 1
-    begin = np.int64(to_go[start_iy, start_ix]) if drawn else 0
+    begin = int(to_go[start_iy, start_ix]) if drawn else 0
     if begin == UNREACHED:
         begin = 0
     total, pending = 0, 1
@@ -106,17 +106,17 @@ def _drawn_wave(
                     if weights[cy, ix] == BLOCKED or weights[iy, cx] == BLOCKED:
                         continue
                     step = DIAGONAL_STEP
-                cost = best[cy, cx] + step * min(np.int64(weights[iy, ix]), MAX_WEIGHT)
+                cost = int(best[cy, cx]) + step * min(int(weights[iy, ix]), MAX_WEIGHT)
                 if cost >= best[iy, ix]:
                     continue
                 best[iy, ix] = cost
-                estimated = np.int64(cost)
+                estimated = int(cost)
                 if drawn:
                     # The estimate was made from the goal on: it counts this cell, not the last.
                     # Where it knows nothing, what is left is taken to be as at the start.
-                    left = np.int64(to_go[iy, ix])
+                    left = int(to_go[iy, ix])
                     left = begin if left == UNREACHED else left
-                    estimated += left - STRAIGHT_STEP * np.int64(weights[iy, ix]) - begin
+                    estimated += left - STRAIGHT_STEP * int(weights[iy, ix]) - begin
                 slot = min(max(estimated, total), total + _BUCKETS - 1) & (_BUCKETS - 1)
                 if filled[slot] == queue.shape[1]:
                     larger = np.empty((_BUCKETS, 2 * queue.shape[1]), dtype=np.int32)

@@ -32,20 +32,31 @@ class LocalMapSettings(_Settings):
 class ExplorerSettings(_Settings):
     """How a robot builds its bids.
 
-    `spacing_m` is the least distance between frontier cells, `frontier_cells_min` the size below
-    which a frontier is noise. `coarsening` is the factor by which the grid is made coarser for
-    information gains. `weigh_by_probability` gives less weight to cells that are partly known
-    (Simmons et al. 2000, the improvement they name). A bid is built on every map update, but at most
-    every `bid_period_s`.
+    Attributes:
+        spacing_m: least distance between the frontier cells of one frontier.
+        frontier_cells_min: a frontier of fewer cells is noise.
+        gain_range_m: information is expected up to this far, or the sensor's range if that is
+            less: between walls a laser rarely sees as far as it could.
+        openings_limit_gains: whether no more is expected behind a frontier than a beam as wide as
+            the frontier and as long as the sensor's range would show. A gap between two wall
+            segments opens on all the unknown outside, but nothing is to be seen through it.
+        weigh_by_probability: whether cells that are partly known weigh less (the improvement that
+            Simmons et al. 2000 name).
+        coarsening: information is counted on blocks of so many cells along an edge.
+        bid_period_s: a bid is built on every map update, but no more often than this.
+        reach_m: a place may lie this much farther from the frontier than the body's radius.
+        places_max: the richest places are told, up to so many.
     """
 
-    spacing_m: Positive = 0.3
-    frontier_cells_min: Annotated[int, Field(ge=1)] = 4
-    coarsening: Annotated[int, Field(ge=1, le=8)] = 4
+    spacing_m: Positive = 0.5
+    frontier_cells_min: Annotated[int, Field(ge=1)] = 6
+    gain_range_m: Positive = 4.0
+    openings_limit_gains: bool = True
     weigh_by_probability: bool = True
-    bid_period_s: Positive = 1.0
+    coarsening: Annotated[int, Field(ge=1, le=8)] = 4
+    bid_period_s: Positive = 2.0
     reach_m: NotNegative = 0.5
-    places_max: Annotated[int, Field(ge=1, le=2000)] = 400
+    places_max: Annotated[int, Field(ge=1, le=2000)] = 150
 
 
 class TaskSettings(_Settings):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,8 +17,33 @@ _LONGEST_PREDICTION = 1.0
 _FASTEST = 0.8
 # Slower than this it stands: estimates of its place waver [m/s].
 _STANDS_BELOW = 0.05
+# An announced path shorter than this leads nowhere [m].
+_SHORTEST_PATH = 0.05
 # A robot that stays within this distance stands [m].
 STANDS_WITHIN = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class _Track:
+    """A teammate's last announcement, made ready for being carried on.
+
+    Attributes:
+        teammate: the announcement.
+        path_map: (n, 2) [m], from where it was; one point if it stays.
+        lengths: (n,) [m] along that path.
+        direction: in which it sets out [rad].
+        speed: estimated from its last two announcements [m/s].
+        stood_at: where it stands, or stood last [m].
+        stands_since: since when it has not left that place [s].
+    """
+
+    teammate: Teammate
+    path_map: Floats
+    lengths: Floats
+    direction: float
+    speed: float
+    stood_at: tuple[float, float]
+    stands_since: float
 
 
 class TeammateTracks:
@@ -26,9 +52,7 @@ class TeammateTracks:
     def __init__(self, silent_after: float) -> None:
         """Start knowing nobody; who is not heard of for `silent_after` [s] counts as silent."""
         self._silent_after = silent_after
-        self._last: dict[str, Teammate] = {}
-        self._speeds: dict[str, float] = {}
-        self._stands: dict[str, tuple[float, float, float]] = {}
+        self._tracks: dict[str, _Track] = {}
 
     def sightings(self, now: float, teammates: Sequence[Teammate]) -> list[Sighting]:
         """Take in what was announced; return where everybody is now, in order of their names."""
@@ -36,13 +60,13 @@ class TeammateTracks:
 
     def _sighting(self, now: float, mate: Teammate) -> Sighting:
         """Carry one teammate on to `now`."""
-        before = self._last.get(mate.name)
-        if before is not mate:
-            self._note(mate, before)
+        track = self._tracks.get(mate.name)
+        if track is None or track.teammate is not mate:
+            track = self._tracks[mate.name] = _tracked(mate, track)
         age = max(now - mate.stamp, 0.0)
         silent = age > self._silent_after
-        speed = 0.0 if silent else self._speeds.get(mate.name, 0.0)
-        path, direction = _carried_on(mate, speed * min(age, _LONGEST_PREDICTION))
+        speed = 0.0 if silent else track.speed
+        path, direction = _carried_on(track, speed * min(age, _LONGEST_PREDICTION))
         return Sighting(
             mate,
             float(path[0, 0]),
@@ -50,40 +74,48 @@ class TeammateTracks:
             speed * math.cos(direction),
             speed * math.sin(direction),
             path[:1] if silent else path,
-            self._stands[mate.name][2],
+            track.stands_since,
             silent,
         )
 
-    def _note(self, mate: Teammate, before: Teammate | None) -> None:
-        """Keep a new announcement: speed, and since when it stands."""
-        x, y = mate.T_map_base.x, mate.T_map_base.y
-        if before is not None and mate.stamp > before.stamp:
-            speed = mate.T_map_base.distance_to(before.T_map_base) / (mate.stamp - before.stamp)
-            self._speeds[mate.name] = min(speed, _FASTEST) if speed > _STANDS_BELOW else 0.0
-        self._last[mate.name] = mate
-        stands = self._stands.get(mate.name)
-        if stands is None or math.hypot(stands[0] - x, stands[1] - y) > STANDS_WITHIN:
-            self._stands[mate.name] = (x, y, mate.stamp)
 
-
-def _carried_on(mate: Teammate, travelled: float) -> tuple[Floats, float]:
-    """Return the path (n, 2) [m] left after `travelled` [m], and its first direction [rad]."""
-    here = np.array([[mate.T_map_base.x, mate.T_map_base.y]])
+def _tracked(mate: Teammate, before: _Track | None) -> _Track:
+    """Return the track after an announcement."""
+    x, y = mate.T_map_base.x, mate.T_map_base.y
+    speed, stood_at, stands_since = 0.0, (x, y), mate.stamp
+    if before is not None:
+        speed = before.speed
+        passed = mate.stamp - before.teammate.stamp
+        if passed > 0.0:
+            speed = mate.T_map_base.distance_to(before.teammate.T_map_base) / passed
+            speed = min(speed, _FASTEST) if speed > _STANDS_BELOW else 0.0
+        if math.hypot(before.stood_at[0] - x, before.stood_at[1] - y) <= STANDS_WITHIN:
+            stood_at, stands_since = before.stood_at, before.stands_since
+    path, direction = np.array([[x, y]]), mate.T_map_base.theta
     announced = np.asarray(mate.path_map, dtype=np.float64).reshape(-1, 2)
-    direction = mate.T_map_base.theta
-    if len(announced) == 0:
+    if len(announced):
+        # What it had driven already when it announced its place is no longer ahead of it.
+        first = int(np.argmin(((announced - path) ** 2).sum(axis=1)))
+        path = np.concatenate((path, announced[first + 1 :]))
+    lengths = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))))
+    if lengths[-1] < _SHORTEST_PATH:
+        path, lengths = path[:1], lengths[:1]
+    else:
+        direction = math.atan2(path[1, 1] - y, path[1, 0] - x)
+    return _Track(mate, path, lengths, direction, speed, stood_at, stands_since)
+
+
+def _carried_on(track: _Track, travelled: float) -> tuple[Floats, float]:
+    """Return the path (n, 2) [m] left after `travelled` [m], and its first direction [rad]."""
+    path, lengths, direction = track.path_map, track.lengths, track.direction
+    if travelled <= 0.0:
+        return path, direction
+    if len(path) == 1:
         ahead = np.array([[math.cos(direction), math.sin(direction)]])
-        return here + travelled * ahead, direction
-    # What it had driven already when it announced its place is no longer ahead of it.
-    first = int(np.argmin(((announced - here) ** 2).sum(axis=1)))
-    path = np.concatenate((here, announced[first + 1 :]))
-    steps = np.hypot(*np.diff(path, axis=0).T)
-    lengths = np.concatenate(([0.0], np.cumsum(steps)))
-    if lengths[-1] < 0.05:
-        return here, direction
+        return path + travelled * ahead, direction
     travelled = min(travelled, float(lengths[-1]))
     k = min(int(np.searchsorted(lengths, travelled, side="right")), len(path) - 1)
-    part = (travelled - lengths[k - 1]) / max(float(steps[k - 1]), 1e-9)
-    start = path[k - 1] + part * (path[k] - path[k - 1])
-    direction = math.atan2(path[k, 1] - path[k - 1, 1], path[k, 0] - path[k - 1, 0])
-    return np.concatenate((start[None], path[k:])), direction
+    (ax, ay), (bx, by) = path[k - 1], path[k]
+    part = (travelled - lengths[k - 1]) / max(float(lengths[k] - lengths[k - 1]), 1e-9)
+    start = np.array([[ax + part * (bx - ax), ay + part * (by - ay)]])
+    return np.concatenate((start, path[k:])), math.atan2(by - ay, bx - ax)

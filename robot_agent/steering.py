@@ -23,6 +23,8 @@ _REACTION = 0.25
 _STANDS = 0.04
 # Another arc must get this much nearer to the target than standing still does [m].
 _WORTHWHILE = 0.05
+# What stands this near behind a teammate's rim is taken for the teammate [m].
+_TELL_APART = 0.25
 # Teammates farther away than this do not matter to the next second of driving [m].
 _NEAR = 2.5
 
@@ -96,7 +98,7 @@ class Steering:
                 points, bodies, wish, curvature, speed, by_teammate
             )
         if speed < _STANDS:
-            return self._look_at_target(wish, by_teammate)
+            return self._look_at_target(wish, by_teammate or _someone_ahead(bodies))
         return Steered(speed, speed * curvature, False, by_teammate)
 
     def _bodies(self, T_map_base: Pose2, others: Sequence[Sighting]) -> Floats:
@@ -166,3 +168,9 @@ class Steering:
         limit = self._body.drive.turn_rate_max_rad_s
         rate = min(max(2.0 * error, -limit), limit) if abs(error) > 0.1 else 0.0
         return Steered(0.0, rate, True, by_teammate)
+
+
+def _someone_ahead(bodies: Floats) -> bool:
+    """Whether a teammate stands so near ahead that what the lidar sees there must be it."""
+    away = np.hypot(bodies[:, 0], bodies[:, 1])
+    return bool(((bodies[:, 0] > 0.0) & (away < bodies[:, 4] + _TELL_APART)).any())

@@ -52,6 +52,11 @@ class TaskWork:
         """Whether the robot is free for, or at work on, exploration."""
         return self._award is None or self._award.kind in ("explore", "wait")
 
+    @property
+    def idle(self) -> bool:
+        """Whether the robot has nothing to do, or only waits."""
+        return self._award is None or self._award.kind == "wait"
+
     def award(self, award: Award, now: float) -> list[Message]:
         """Take a task; one that was ended already is told again, one in hand goes on."""
         if award.task in self._ended:

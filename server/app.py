@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 
 import zmq.asyncio
 
@@ -16,7 +17,7 @@ from protocol.transports.direct import DirectPeers
 async def run_server(
     host: Host,
     world: str,
-    endpoint: str,
+    endpoints: Sequence[str],
     robots: Iterable[str],
     on_note: Callable[[Note], None],
     keep_going: Callable[[], bool],
@@ -27,20 +28,21 @@ async def run_server(
     Args:
         host: the host of the server's core.
         world: the world's endpoint, `tcp://host:port`.
-        endpoint: where operators and observers connect; port 0 takes any free one.
+        endpoints: where operators and observers connect: the first that can be bound counts; port 0
+            takes any free one.
         robots: names that speak only through the world's relay.
         on_note: is told each line that the core logs.
         keep_going: asked all the time; when false the server leaves.
         on_bound: is told the endpoint once others can connect.
 
     Raises:
-        OSError: the endpoint cannot be bound.
-        protocol.runner.RefusedError: the world does not take the server in.
+        OSError: no endpoint can be bound.
+        protocol.errors.RefusedError: the world does not take the server in.
         TimeoutError: the world fell silent.
     """
     context = zmq.asyncio.Context()
     try:
-        socket = bind_router(context, endpoint)
+        socket = _bind_first(context, endpoints)
         on_bound(bound_endpoint(socket))
         try:
             direct = DirectPeers(socket, frozenset(robots) | {"world", "server"})
@@ -49,3 +51,11 @@ async def run_server(
             socket.close()
     finally:
         context.term()
+
+
+def _bind_first(context: zmq.asyncio.Context, endpoints: Sequence[str]) -> zmq.asyncio.Socket:
+    """Return a socket bound to the first endpoint that is free."""
+    for endpoint in endpoints[:-1]:
+        with suppress(OSError):
+            return bind_router(context, endpoint)
+    return bind_router(context, endpoints[-1])

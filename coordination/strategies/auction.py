@@ -30,6 +30,9 @@ class AuctionSettings(BaseModel):
             this; lower values make robots stay with what they are at. 1 switches it off.
         gain_cap_m2: more than this counts no more, so that one huge open area does not always beat
             the small rooms on the way: they would have to be come back for.
+        stay_m2: the place a robot is heading for, and those within `stay_radius_m` of it, count
+            this much more: turning round costs time that path lengths do not tell.
+        stay_radius_m: see `stay_m2`.
         separation_m: no two robots are sent to places closer than this.
     """
 
@@ -38,7 +41,9 @@ class AuctionSettings(BaseModel):
     cost_weight_m2_per_m: Annotated[float, Field(ge=0.0)] = 1.0
     min_gain_m2: Annotated[float, Field(ge=0.0)] = 0.5
     hysteresis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
-    gain_cap_m2: Annotated[float, Field(gt=0.0)] = 25.0
+    gain_cap_m2: Annotated[float, Field(gt=0.0)] = 10.0
+    stay_m2: Annotated[float, Field(ge=0.0)] = 2.0
+    stay_radius_m: Annotated[float, Field(ge=0.0)] = 1.0
     separation_m: Annotated[float, Field(ge=0.0)] = 0.5
 
 
@@ -105,6 +110,8 @@ class Auction:
         if heading is not None:
             held = inside(bid.places, heading.rectangle)
             values = np.where(held, values / self.settings.hysteresis_ratio, values)
+            stays = near(bid.places, heading.goal, self.settings.stay_radius_m)
+            values = np.where(stays, values + self.settings.stay_m2, values)
         offer = _Offer(bid, values, np.zeros(len(bid)), np.ones(len(bid), dtype=np.bool_))
         for count in range(1, len(running) + 1):
             self._discount(offer, running[:count])

@@ -7,23 +7,20 @@ Times are mission seconds, or steps in grid worlds; `map` is the team's frame, `
 
 from __future__ import annotations
 
-import io
-import json
-import zipfile
-import zlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from expedition.results.files import plain, write_atomically
+from expedition.results.packing import UNREADABLE, merge, read_tree, write_tree
 from mapping.geometry import Floats
 from mapping.grid import GridGeometry, OccupancyGrid
 
 Event = dict[str, Any]
+BODY_RADIUS = 0.25  # [m] of a robot that does not say, as in `protocol.body`
 
 
 def no_rows(columns: int) -> Floats:
@@ -53,7 +50,7 @@ class RobotRecord:
 
     id: str
     ended: str = ""
-    radius_m: float = 0.25
+    radius_m: float = BODY_RADIUS
     track_map: Floats = field(default_factory=lambda: no_rows(4))
     track_world: Floats | None = None
     scans: int = 0
@@ -145,7 +142,7 @@ class RunRecord:
         faults: scripted or real: `{t_s, robot, kind, ...}`.
         bytes: message type -> `{count, bytes}` on the radio.
         bytes_links: `A>B` -> `{count, bytes}`.
-        remaining: what was left unexplored, each `{x_m, y_m, reason, ...}`, map frame.
+        remaining: what was left unexplored, each `{x_m, y_m, gain_m2, reason}`, map frame.
         truth: None on a real run.
         config: the whole effective configuration.
         problems: what could not be read or computed, one sentence each.
@@ -188,9 +185,6 @@ class RunRecord:
         return sorted(self.robots, key=lambda robot: robot.id)
 
 
-_UNREADABLE = (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error)
-
-
 def save_record_part(folder: Path, name: str, part: Mapping[str, object]) -> Path:
     """Save what one process knows of a run as `folder/NAME.npz`; return its path.
 
@@ -207,15 +201,11 @@ def save_record_part(folder: Path, name: str, part: Mapping[str, object]) -> Pat
     unknown = sorted(set(part) - {f.name for f in fields(RunRecord)})
     if unknown:
         raise ValueError(f"a run's record has no {', '.join(unknown)}")
-    arrays: dict[str, npt.NDArray[Any]] = {}
-    tree = {key: _pack(value, arrays) for key, value in part.items()}
-    text = json.dumps(tree, allow_nan=False)
-    # One file for both, so that arrays and the tree that names them can never be of two savings.
-    buffer = io.BytesIO()
-    arrays["tree"] = np.frombuffer(text.encode(), dtype=np.uint8)
-    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    robots = part.get("robots")
+    if isinstance(robots, list):
+        part = {**part, "robots": {robot.id: robot for robot in robots}}
     path = folder / f"{name}.npz"
-    write_atomically(path, buffer.getvalue())
+    write_tree(path, part)
     return path
 
 
@@ -236,68 +226,13 @@ def load_record(folder: Path) -> RunRecord:
     merged: dict[str, Any] = {"problems": []}
     for path in sorted(folder.glob("*.npz")):
         try:
-            part = _read_part(path)
-        except _UNREADABLE as error:
+            part = read_tree(path)
+        except UNREADABLE as error:
             merged["problems"].append(f"the part {path.name} cannot be read: {error}")
             continue
         for key, value in part.items():
-            merged[key] = _merge(merged.get(key), value)
+            merged[key] = merge(merged.get(key), value)
     return _build_record(merged)
-
-
-def _pack(value: object, arrays: dict[str, npt.NDArray[Any]]) -> object:
-    """Return `value` for JSON, arrays taken out into `arrays` and named in their place."""
-    if isinstance(value, np.ndarray):
-        key = f"a{len(arrays)}"
-        arrays[key] = value
-        return {"$array": key}
-    if is_dataclass(value) and not isinstance(value, type):
-        return {f.name: _pack(getattr(value, f.name), arrays) for f in fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): _pack(item, arrays) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        items = [_pack(item, arrays) for item in value]
-        if value and all(isinstance(item, RobotRecord) for item in value):
-            return {robot["id"]: robot for robot in items if isinstance(robot, dict)}
-        return items
-    return plain(value)
-
-
-def _read_part(path: Path) -> dict[str, Any]:
-    """Return the fields that a part holds."""
-    # Read whole first: numpy leaves a damaged file open.
-    with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
-        arrays = {key: stored[key] for key in stored.files if key != "tree"}
-        tree = json.loads(stored["tree"].tobytes().decode())
-    unpacked = _unpack(tree, arrays)
-    if not isinstance(unpacked, dict):
-        raise ValueError("not a part of a record")
-    return unpacked
-
-
-def _unpack(value: Any, arrays: Mapping[str, npt.NDArray[Any]]) -> Any:
-    """Put the arrays back into their places."""
-    if isinstance(value, dict):
-        if set(value) == {"$array"}:
-            return arrays[value["$array"]]
-        return {key: _unpack(item, arrays) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_unpack(item, arrays) for item in value]
-    return value
-
-
-_WHOLE = {"geometry", "log_odds", "solid"}  # a grid comes from one part, never from two
-
-
-def _merge(old: Any, new: Any) -> Any:
-    """Return what two parts say together; None says nothing."""
-    if new is None or (isinstance(new, list | dict) and not new and old is not None):
-        return old
-    if isinstance(old, list) and isinstance(new, list):
-        return old + new
-    if isinstance(old, dict) and isinstance(new, dict) and not _WHOLE & set(new):
-        return old | {key: _merge(old.get(key), item) for key, item in new.items()}
-    return new
 
 
 def _build_record(merged: dict[str, Any]) -> RunRecord:

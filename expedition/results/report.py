@@ -11,18 +11,12 @@ import numpy as np
 from expedition.results.colours import TASKS, robot_dash
 from expedition.results.exports import config_toml
 from expedition.results.record import RunRecord
-from expedition.results.report_map import (
-    NUMBERS,
-    SAMPLES,
-    colour,
-    map_svg,
-    motion,
-    place_of,
-    sheet_of,
-)
+from expedition.results.report_map import SAMPLES, TRUTH, colour, map_svg, motion, sheet_of
 from expedition.results.report_style import SCRIPT, style_sheet
-from expedition.results.report_time import time_svg
+from expedition.results.report_tables import bytes_card, remaining_card, robots_card
+from expedition.results.report_time import task_colour, time_svg
 from expedition.results.task_bars import TaskBar, task_bars
+from expedition.results.tracks import as_track
 from expedition.results.words import DASH, area, duration, factor, length, percent, size, text
 
 # How an end looks and what it means.
@@ -33,7 +27,6 @@ ENDINGS = {
     "time_limit": ("warn", "the time was up"),
     "failed": ("bad", "it failed"),
 }
-MOST_ROWS = 300  # of a table; the whole list is in summary.json
 
 
 def report_html(record: RunRecord, summary: dict[str, Any]) -> str:
@@ -52,8 +45,8 @@ def report_html(record: RunRecord, summary: dict[str, Any]) -> str:
         _tiles(record, summary),
         _map_card(record, bars, end),
         _time_card(record, summary, bars, end),
-        _robots_card(record, summary, bars),
-        f'<div class="two">{_remaining_card(summary)}{_bytes_card(summary)}</div>',
+        robots_card(summary, bars),
+        f'<div class="two">{remaining_card(summary)}{bytes_card(summary)}</div>',
         _config_card(record),
     )
     return (
@@ -84,22 +77,26 @@ def _header(record: RunRecord, summary: dict[str, Any], title: str) -> str:
             ("version", record.version),
         )
     )
-    count = len(record.robots)
-    team = "No robot" if count == 0 else "One robot" if count == 1 else f"{count} robots"
-    share, whole = summary["coverage"], summary["reachable_m2"]
-    if share is not None:
-        of = f" of {area(whole)}" if whole is not None else ""
-        did = f"mapped {percent(share)}{of}"
-    else:
-        did = f"mapped {area(summary['mapped_m2'])}"
-    took = duration(_end(record), record.time_unit)
     reason = escape(record.reason.rstrip(".")) or meaning
+    lead = f"{_achievement(record, summary)} Why it ended: {reason}."
     return (
         f'<header><div class="brand">Expedition</div><h1>{title}</h1>'
         f'<div class="chips"><span class="chip ended {look}">{text(record.ended)}</span>{chips}'
-        f'</div><p class="lead">{team} {did} in {took}. The mission ended because {reason}.</p>'
-        "</header>"
+        f'</div><p class="lead">{lead}</p></header>'
     )
+
+
+def _achievement(record: RunRecord, summary: dict[str, Any]) -> str:
+    """Return one sentence on what the team did."""
+    count = len(record.robots)
+    if count == 0:
+        return "No robot took part."
+    share, whole = summary["coverage"], summary["reachable_m2"]
+    of = f" of {area(whole)}" if whole is not None else " of the reachable area"
+    what = area(summary["mapped_m2"]) if share is None else f"{percent(share)}{of}"
+    team = "One robot" if count == 1 else f"{count} robots"
+    took = _end(record) if record.time_unit == "steps" else record.sim_time_s
+    return f"{team} mapped {what} in {duration(took, record.time_unit)}."
 
 
 def _problems(summary: dict[str, Any]) -> str:
@@ -113,32 +110,20 @@ def _problems(summary: dict[str, Any]) -> str:
 def _tiles(record: RunRecord, summary: dict[str, Any]) -> str:
     """Return the key figures."""
     unit = record.time_unit
-    share = summary["coverage"]
-    robots = summary["robots"]
-    errors = [r["trajectory_rmse_m"] for r in robots if r["trajectory_rmse_m"] is not None]
-    ways = [r["path_m"] for r in robots]
-    tolerance = f"within {length(summary['map']['tolerance_m'])}"
-    recall = f"{percent(summary['map']['recall_occupied'])} of walls found, {tolerance}"
+    errors = _known(summary["robots"], "trajectory_rmse_m")
+    ways = _known(summary["robots"], "path_m")
     each = " · ".join(f"{way:.0f}" for way in ways[:5]) + (" …" if len(ways) > 5 else "")
     traffic = sum(entry["bytes"] for entry in summary["bytes"].values())
     frames = sum(entry["count"] for entry in summary["bytes"].values())
-    digest = summary["digest"] or ""
-    wide = 0.0 if share is None else 100.0 * min(max(share, 0.0), 1.0)
+    digest = escape(summary["digest"] or "")
+    half, most = (duration(summary[key], unit) for key in ("t50_s", "t95_s"))
+    levels = f"50 %: {half}<br>95 %: {most}"
     tiles = (
-        _tile(
-            "coverage",
-            percent(share),
-            f"of {area(summary['reachable_m2'])} reachable",
-            f'<div class="meter"><i style="width:{wide:.1f}%"></i></div>',
-        ),
-        _tile(
-            "90 % covered after",
-            duration(summary["t90_s"], unit),
-            f"50 %: {duration(summary['t50_s'], unit)}<br>95 %: {duration(summary['t95_s'], unit)}",
-        ),
+        _coverage_tile(summary),
+        _tile("90 % covered after", duration(summary["t90_s"], unit), levels),
         _tile("trajectory error", length(max(errors, default=None)), "worst robot, RMSE"),
-        _tile("walls in the right place", percent(summary["map"]["precision_occupied"]), recall),
-        _tile("driven", length(sum(ways)), f"{each} m" if ways else "no robots"),
+        _walls_tile(summary["map"]),
+        _tile("driven", length(sum(ways)) if ways else DASH, f"{each} m" if ways else "no robots"),
         _tile("seen twice", percent(summary["overlap"]), "overlap of single coverages"),
         _tile("radio", size(traffic) if frames else DASH, f"{frames:,} frames"),
         _tile(
@@ -149,11 +134,33 @@ def _tiles(record: RunRecord, summary: dict[str, Any]) -> str:
         _tile("left unexplored", str(len(summary["remaining"])), "places, each with its reason"),
         _tile(
             "digest",
-            f'<code title="{escape(digest)}">{escape(digest[:10]) or DASH}</code>',
+            f'<code title="{digest}">{digest[:10] or DASH}</code>',
             "same digest, same run",
         ),
     )
     return f'<section class="tiles">{"".join(tiles)}</section>'
+
+
+def _known(rows: Iterable[dict[str, Any]], key: str) -> list[float]:
+    return [row[key] for row in rows if row[key] is not None]
+
+
+def _coverage_tile(summary: dict[str, Any]) -> str:
+    """Return how much of the world was covered, with a meter."""
+    share, whole = summary["coverage"], summary["reachable_m2"]
+    note = "the reachable area is not known" if whole is None else f"of {area(whole)} reachable"
+    wide = 0.0 if share is None else 100.0 * min(max(share, 0.0), 1.0)
+    meter = f'<div class="meter"><i style="width:{wide:.1f}%"></i></div>'
+    return _tile("coverage", percent(share), note, meter)
+
+
+def _walls_tile(scores: dict[str, Any]) -> str:
+    """Return how right the map's walls are."""
+    if scores["precision_occupied"] is None:
+        return _tile("walls in the right place", DASH, "no truth to compare with")
+    found = percent(scores["recall_occupied"])
+    note = f"{found} of walls found, within {length(scores['tolerance_m'])}"
+    return _tile("walls in the right place", percent(scores["precision_occupied"]), note)
 
 
 def _tile(name: str, figure: str, note: str, extra: str = "") -> str:
@@ -164,23 +171,21 @@ def _tile(name: str, figure: str, note: str, extra: str = "") -> str:
 def _map_card(record: RunRecord, bars: list[TaskBar], end: float) -> str:
     """Return the map with its legend and, when something moved, the time slider."""
     sheet = sheet_of(record)
-    moved = any(len(robot.track_map) for robot in record.robots)
+    moved = any(len(as_track(robot.track_map)) for robot in record.robots)
+    drawing = map_svg(record, sheet, bars) if moved or record.grid is not None else ""
     player = (
         '<div class="player"><button id="play">▶ Play</button>'
         f'<input id="t" type="range" min="0" max="{SAMPLES}" step="any" value="{SAMPLES}" '
         'aria-label="time"><output id="clock"></output></div>'
-        if moved
-        else ""
     )
-    nothing = "" if record.grid is not None else '<p class="quiet">There was no map yet.</p>'
-    drawing = map_svg(record, sheet, bars)
-    legend = _legend(record, bars, truth='class="truth"' in drawing)
-    return (
-        f'<section class="card"><h2>Map</h2>{nothing}{drawing}{player}'
-        f'<div class="legend">{legend}</div>'
-        f'<script type="application/json" id="motion">{motion(record, sheet, end)}</script>'
-        "</section>"
+    parts = (
+        "" if record.grid is not None else '<p class="quiet">There was no map yet.</p>',
+        drawing,
+        player if moved else "",
+        f'<div class="legend">{_legend(record, bars, TRUTH in drawing)}</div>',
+        f'<script type="application/json" id="motion">{motion(record, sheet, end)}</script>',
     )
+    return f'<section class="card"><h2>Map</h2>{"".join(parts)}</section>'
 
 
 def _legend(record: RunRecord, bars: list[TaskBar], truth: bool) -> str:
@@ -210,7 +215,7 @@ def _time_card(record: RunRecord, summary: dict[str, Any], bars: list[TaskBar], 
     """Return coverage and tasks over time."""
     kinds = sorted({bar.kind for bar in bars}, key=lambda kind: (*TASKS, kind).index(kind))
     keys = [
-        f'<span class="key"><i class="dot" style="background:var(--{kind}, var(--soft));'
+        f'<span class="key"><i class="dot" style="background:{task_colour(kind)};'
         f'border-radius:3px"></i>{escape(kind)}</span>'
         for kind in kinds
     ]
@@ -218,127 +223,14 @@ def _time_card(record: RunRecord, summary: dict[str, Any], bars: list[TaskBar], 
         keys.append('<span class="key">pale: taken back</span>')
     if any(bar.failed for bar in bars):
         keys.append('<span class="key"><b class="failed">&times;</b> failed</span>')
-    if record.faults:
+    if record.faults or any(event.get("event") == "lost" for event in record.tasks):
         keys.append('<span class="key"><b class="failed">▾</b> fault</span>')
-    return (
-        '<section class="card"><h2>How it went</h2>'
-        f'{time_svg(record, summary, bars, end)}<div class="legend">{"".join(keys)}</div></section>'
-    )
-
-
-def _table(head: Iterable[tuple[str, bool]], rows: Iterable[Iterable[str]]) -> str:
-    """Return a table; the head says of each column its name and whether it holds numbers."""
-    columns = list(head)
-    names = "".join(f"<th{_numeric(number)}>{name}</th>" for name, number in columns)
-    lines = "".join(
-        "<tr>"
-        + "".join(
-            f"<td{_numeric(number)}>{cell}</td>"
-            for cell, (_, number) in zip(cells, columns, strict=True)
-        )
-        + "</tr>"
-        for cells in rows
-    )
-    return f'<div class="scroll"><table><tr>{names}</tr>{lines}</table></div>'
-
-
-def _numeric(number: bool) -> str:
-    return ' class="num"' if number else ""
-
-
-def _robots_card(record: RunRecord, summary: dict[str, Any], bars: list[TaskBar]) -> str:
-    """Return the table of robots."""
-    if not summary["robots"]:
-        nobody = '<p class="quiet">No robot took part.</p>'
-        return f'<section class="card"><h2>Robots</h2>{nobody}</section>'
-    rows = []
-    for index, robot in enumerate(summary["robots"]):
-        own = [bar for bar in bars if bar.robot == robot["id"]]
-        failed = sum(bar.failed for bar in own)
-        failures = f' <span class="failed">{failed} failed</span>' if failed else ""
-        digest = robot["map_digest"]
-        rows.append(
-            (
-                f'<i class="dot" style="background:{colour(index)}"></i>{escape(robot["id"])}',
-                text(robot["ended"]),
-                length(robot["path_m"]),
-                f"{robot['scans']:,}",
-                length(robot["trajectory_rmse_m"]),
-                f"{len(own)}{failures}",
-                size(robot["bytes_sent"]),
-                size(robot["bytes_received"]),
-                DASH if digest is None else f"<code>{escape(str(digest)[:10])}</code>",
-            )
-        )
-    head = (
-        ("robot", False),
-        ("ended", False),
-        ("driven", True),
-        ("scans", True),
-        ("error (RMSE)", True),
-        ("tasks", True),
-        ("sent", True),
-        ("received", True),
-        ("own map", True),
-    )
-    return f'<section class="card"><h2>Robots</h2>{_table(head, rows)}</section>'
-
-
-def _remaining_card(summary: dict[str, Any]) -> str:
-    """Return the table of what was left, and why."""
-    remaining = summary["remaining"]
-    if not remaining:
-        return (
-            '<section class="card"><h2>Left unexplored</h2>'
-            '<p class="quiet">Nothing: every frontier was explored or explained.</p></section>'
-        )
-    rows = []
-    for number, left in enumerate(remaining[:MOST_ROWS], start=1):
-        place = place_of(left)
-        where = DASH if place is None else f"{place[0]:.1f}, {place[1]:.1f}"
-        rows.append((str(number), where, area(left.get("area_m2")), text(left.get("reason"))))
-    numbers = ", numbers as on the map" if len(remaining) <= NUMBERS else ""
-    head = (("#", True), ("x, y [m]", True), ("area", True), ("why", False))
-    return (
-        f'<section class="card"><h2>Left unexplored <small>{len(remaining)} places{numbers}'
-        f"</small></h2>{_table(head, rows)}</section>"
-    )
-
-
-def _bytes_card(summary: dict[str, Any]) -> str:
-    """Return what went over the radio, by message type and by link."""
-    if not summary["bytes"]:
-        return (
-            '<section class="card"><h2>Radio traffic</h2>'
-            '<p class="quiet">Nothing was counted.</p></section>'
-        )
-    links = ""
-    if summary["bytes_links"]:
-        links = (
-            '<details class="sub"><summary>by link</summary>'
-            f"{_traffic('link', summary['bytes_links'])}</details>"
-        )
-    return (
-        '<section class="card"><h2>Radio traffic</h2>'
-        f"{_traffic('message', summary['bytes'])}{links}</section>"
-    )
-
-
-def _traffic(name: str, ledger: dict[str, dict[str, int]]) -> str:
-    """Return a table of counts and bytes, the largest first."""
-    most = max(entry["bytes"] for entry in ledger.values()) or 1
-    rows = [
-        (
-            escape(key),
-            f"{entry['count']:,}",
-            size(entry["bytes"]),
-            f'<i class="bar" style="width:{100.0 * entry["bytes"] / most:.1f}%"></i>',
-        )
-        for key, entry in sorted(ledger.items(), key=lambda item: (-item[1]["bytes"], item[0]))
-    ]
-    head = ((name, False), ("frames", True), ("bytes", True), ("", False))
-    table = _table(head, rows[:MOST_ROWS])
-    return table.replace("<td><i", '<td class="barcell"><i')
+    if not bars and len(record.coverage_timeline) == 0:
+        drawing = '<p class="quiet">No coverage was measured and no task was given.</p>'
+    else:
+        drawing = time_svg(record, summary, bars, end)
+    legend = f'<div class="legend">{"".join(keys)}</div>'
+    return f'<section class="card"><h2>How it went</h2>{drawing}{legend}</section>'
 
 
 def _config_card(record: RunRecord) -> str:

@@ -27,6 +27,7 @@ from mapping.geometry import Floats
 
 WIDTH, TALLEST = 1120.0, 800.0  # [pixels] of the drawing
 SAMPLES = 400  # steps of the time slider: one each twentieth of a second when played
+TRUTH = 'class="truth"'  # marks the layer of true walls
 MARKS, NUMBERS = 400, 40  # more marks, or more numbers on them, would only hide the map
 
 
@@ -135,7 +136,7 @@ def _truth(record: RunRecord, sheet: Sheet) -> str:
     png = layer_png(outline(record.truth.solid), "#ffffff", "#e0315c")
     image = _image(png, f'width="{g.cols * cell:.2f}" height="{g.rows * cell:.2f}"', "", cell)
     return (
-        f'<g class="truth" opacity=".8" '
+        f'<g {TRUTH} opacity=".8" '
         f'transform="translate({corner[0]:.2f} {corner[1]:.2f}) rotate({turn:.4f})">{image}</g>'
     )
 

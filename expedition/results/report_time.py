@@ -160,7 +160,7 @@ def _rows(
             f'<line class="grid" x1="{LEFT}" x2="{RIGHT}" y1="{y + 9.5}" y2="{y + 9.5}"/>'
         )
         parts.extend(_bar(bar, axis, y) for bar in bars if bar.robot == robot)
-        for fault in record.faults:
+        for fault in _faults(record):
             t = fault.get("t_s")
             if fault.get("robot") == robot and isinstance(t, int | float):
                 x = axis.x(t)
@@ -172,10 +172,20 @@ def _rows(
     return "".join(parts)
 
 
+def _faults(record: RunRecord) -> list[dict[str, Any]]:
+    """Return scripted faults, and robots that the server lost or found again."""
+    robots = [e for e in record.tasks if e.get("event") in ("lost", "back")]
+    return record.faults + [{**e, "kind": e["event"]} for e in robots]
+
+
+def task_colour(kind: str) -> str:
+    """Return the style sheet's name of the colour of a kind of task."""
+    return f"var(--{kind})" if kind in TASKS else "var(--soft)"
+
+
 def _bar(bar: TaskBar, axis: TimeAxis, y: float) -> str:
     """Return one task; a failed one has a red end with a cross."""
     x0, x1 = axis.x(bar.start), axis.x(bar.end)
-    fill = f"var(--{bar.kind})" if bar.kind in TASKS else "var(--soft)"
     words = f"{bar.kind}, task {bar.task}: {bar.outcome or 'not ended'}"
     goal = f" at ({bar.goal[0]:.1f}, {bar.goal[1]:.1f}) m" if bar.goal else ""
     reason = f" ({bar.reason})" if bar.reason else ""
@@ -185,8 +195,9 @@ def _bar(bar: TaskBar, axis: TimeAxis, y: float) -> str:
         if bar.failed
         else ""
     )
+    opacity = 0.55 if bar.outcome == "terminated" else 0.95
     return (
         f"<g><title>{escape(f'{words}{goal}{reason}, {when}')}</title>"
         f'<rect x="{x0:.1f}" y="{y + 1}" width="{max(x1 - x0 - 0.8, 0.8):.1f}" height="17" rx="2.5"'
-        f' fill="{fill}" opacity="{0.55 if bar.outcome == "terminated" else 0.95}"/>{cross}</g>'
+        f' fill="{task_colour(bar.kind)}" opacity="{opacity}"/>{cross}</g>'
     )

@@ -17,7 +17,7 @@ import numpy as np
 from expedition.results.digest import run_digest
 from expedition.results.files import plain
 from expedition.results.map_image import known_area, map_classes
-from expedition.results.record import RobotRecord, RunRecord, TruthRecord
+from expedition.results.record import BODY_RADIUS, RobotRecord, RunRecord, TruthRecord
 from expedition.results.tracks import as_track, path_length
 from mapping.geometry import Floats, Pose2
 from sim_world.truth import (
@@ -68,7 +68,7 @@ def summarise(record: RunRecord) -> dict[str, Any]:
         "overlap": _overlap(record),
         "bytes": _ledger(record.bytes),
         "bytes_links": _ledger(record.bytes_links),
-        "tasks": dict(sorted(Counter(str(task.get("event", "")) for task in record.tasks).items())),
+        "tasks": _task_counts(record),
         "faults": record.faults,
         "digest": _attempt("the digest", lambda: run_digest(record.grid, record.robots), problems),
         "remaining": record.remaining,
@@ -143,9 +143,10 @@ def reachable_of(record: RunRecord, truth: TruthRecord) -> np.ndarray[Any, np.dt
     reachable = np.zeros(truth.solid.shape, dtype=np.bool_)
     if truth.solid.size == 0:
         return reachable
-    radii = {robot.id: robot.radius_m for robot in record.robots}
-    for radius in sorted({radii.get(robot, 0.25) for robot in truth.starts}):
-        starts = [truth.starts[r] for r in sorted(truth.starts) if radii.get(r, 0.25) == radius]
+    radii = dict.fromkeys(truth.starts, BODY_RADIUS)
+    radii |= {robot.id: robot.radius_m for robot in record.robots}
+    for radius in sorted({radii[robot] for robot in truth.starts}):
+        starts = [truth.starts[robot] for robot in sorted(truth.starts) if radii[robot] == radius]
         reachable |= reachable_area(truth.solid, truth.geometry, np.vstack(starts), radius)
     return reachable
 
@@ -218,6 +219,12 @@ def _robot(robot: RobotRecord, judged: Judged) -> dict[str, Any]:
 def _mapped_area(record: RunRecord) -> float:
     """Return the area [m2] that the final map shows as free."""
     return known_area(map_classes(record), record.grid.geometry if record.grid else None)
+
+
+def _task_counts(record: RunRecord) -> dict[str, int]:
+    """Return how often each event happened to a task; events without a task are of robots."""
+    events = (str(e.get("event", "")) for e in record.tasks if e.get("task") is not None)
+    return dict(sorted(Counter(events).items()))
 
 
 def _overlap(record: RunRecord) -> float | None:

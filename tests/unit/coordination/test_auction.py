@@ -11,7 +11,9 @@ from mapping.geometry import IDENTITY
 
 Row = tuple[float, float, float, float, float]  # x, y, gain, cost, half a square region's edge
 
-PLAIN = AuctionSettings(gain_cap_m2=1e6)
+# As in the paper, one square metre for one metre; defaults may be tuned without touching this file.
+PLAIN = AuctionSettings(cost_weight_m2_per_m=1.0, gain_cap_m2=1e6, stay_m2=0.0)
+CAPPED = PLAIN.model_copy(update={"gain_cap_m2": 25.0})
 
 
 def bid(robot: str, *rows: Row, cost_weight: float = 1.0) -> RobotBid:
@@ -83,7 +85,15 @@ def test_hysteresis_keeps_a_robot_at_its_task() -> None:
 def test_a_huge_open_area_does_not_beat_the_room_nearby() -> None:
     offer = (bid("anna", (2, 0, 18, 2, 2), (30, 0, 150, 30, 8)),)
     assert goals(Auction(PLAIN).assign(offer, (), ())) == {"anna": (30, 0)}
-    assert goals(Auction().assign(offer, (), ())) == {"anna": (2, 0)}
+    assert goals(Auction(CAPPED).assign(offer, (), ())) == {"anna": (2, 0)}
+
+
+def test_what_it_is_heading_for_counts_more() -> None:
+    offer = (bid("anna", (0, 0, 10, 2, 1), (9, 0, 11, 2, 1)),)
+    current = (Region("anna", (0.5, 0.5), (8, 8, 9, 9)),)
+    assert goals(Auction(PLAIN).assign(offer, current, ())) == {"anna": (9, 0)}
+    stays = PLAIN.model_copy(update={"stay_m2": 2.0, "stay_radius_m": 1.0})
+    assert goals(Auction(stays).assign(offer, current, ())) == {"anna": (0, 0)}
 
 
 def test_tasks_are_swapped_when_the_other_robot_has_come_closer() -> None:
@@ -96,7 +106,7 @@ def test_tasks_are_swapped_when_the_other_robot_has_come_closer() -> None:
         Region("anna", office, (-2, -2, 2, 2)),
         Region("ben", corridor, (18, -2, 22, 2)),
     )
-    assert goals(Auction().assign(offers, current, ())) == {"anna": corridor, "ben": office}
+    assert goals(Auction(PLAIN).assign(offers, current, ())) == {"anna": corridor, "ben": office}
 
 
 def test_no_two_robots_closer_than_the_separation() -> None:
@@ -119,9 +129,9 @@ def test_ties_go_to_the_shorter_way_then_the_name_then_the_first_place() -> None
 
 def test_a_slow_robot_pays_more_for_its_way() -> None:
     rows: tuple[Row, Row] = ((2, 0, 10, 2, 1), (12, 0, 24, 12, 1))
-    assert goals(Auction().assign((bid("anna", *rows),), (), ())) == {"anna": (12, 0)}
+    assert goals(Auction(PLAIN).assign((bid("anna", *rows),), (), ())) == {"anna": (12, 0)}
     slow = bid("anna", *rows, cost_weight=3.0)
-    assert goals(Auction().assign((slow,), (), ())) == {"anna": (2, 0)}
+    assert goals(Auction(PLAIN).assign((slow,), (), ())) == {"anna": (2, 0)}
 
 
 def test_settings_are_checked() -> None:

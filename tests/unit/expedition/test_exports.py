@@ -91,7 +91,7 @@ def test_the_event_log_is_in_order_of_time() -> None:
     events = event_log(full_record())
     times = [event["t_s"] for event in events]
     assert times == sorted(times)
-    assert len(events) == 9
+    assert len(events) == 10
     assert next(iter(events[0])) == "t_s"
     assert {"source": "ada", "t_s": 0.5, "event": "ready"} in events
     lines = events_jsonl(full_record()).splitlines()

@@ -36,4 +36,4 @@ def test_nothing_to_plot() -> None:
     plot_spreads(axes, {})
     plot_points(axes, {})
     plot_spreads(axes, {"odd": [(0.5, {"min": 0.0, "median": 1.0, "max": 2.0})]})
-    assert axes.get_title() == "Empty"
+    assert axes.get_title(loc="left") == "Empty"

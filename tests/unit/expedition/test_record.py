@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from expedition.results.record import RunRecord, load_record, save_record, save_record_part
+from expedition.results.record import RunRecord, load_record, no_rows, save_record, save_record_part
 from mapping.grid import GridGeometry, OccupancyGrid
 from tests.unit.expedition.records import full_record, nasty_records
 
@@ -122,3 +122,4 @@ def test_unknown_fields_are_refused(tmp_path: Path) -> None:
 def test_robots_in_order() -> None:
     assert [robot.id for robot in full_record().robots_in_order()] == ["ada", "bob"]
     assert RunRecord().robots_in_order() == []
+    assert no_rows(3).shape == (0, 3)

@@ -57,7 +57,7 @@ def test_what_the_page_tells() -> None:
     html = page(full_record())
     assert "auction in room" in html
     assert "2 robots mapped" in html
-    assert "because nothing left to gain." in html
+    assert "Why it ended: nothing left to gain." in html
     assert "too narrow" in html
     assert "1 failed" in html
     assert "stuck &lt;here&gt;" in html
@@ -87,3 +87,10 @@ def test_the_end_of_an_unknown_kind() -> None:
 def test_numbers_on_the_map_only_where_they_can_be_read() -> None:
     assert "numbers as on the map" in page(full_record())
     assert "numbers as on the map" not in page(nasty_records()["many"])
+
+
+def test_traffic_without_links() -> None:
+    record = full_record()
+    record.bytes_links = {}
+    assert "by link" in page(full_record())
+    assert "by link" not in page(record)

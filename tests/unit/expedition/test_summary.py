@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from expedition.results import summary as module
-from expedition.results.record import RunRecord
+from expedition.results.record import RunRecord, TruthRecord
 from expedition.results.summary import (
     coverage_times,
     reachable_of,
@@ -15,6 +15,7 @@ from expedition.results.summary import (
     time_to_coverage,
     transform_to_world,
 )
+from mapping.grid import GridGeometry
 from tests.unit.expedition.records import T_WORLD_MAP, full_record, nasty_records
 
 FIELDS = {
@@ -45,7 +46,7 @@ def test_everything_known() -> None:
     ada, bob = summary["robots"]
     assert ada["trajectory_rmse_m"] == pytest.approx(0.0, abs=1e-9)
     assert (ada["path_m"], bob["path_m"]) == (4.5, pytest.approx(2.5))
-    assert summary["reachable_m2"] == pytest.approx(28 * 38 * 0.01, abs=0.05)
+    assert summary["reachable_m2"] == pytest.approx(28 * 38 * 0.01, abs=0.2)
     assert summary["mapped_m2"] > 10.0
     assert summary["tasks"] == {"awarded": 3, "failed": 1, "terminated": 1}
     assert list(summary["bytes"]) == ["bid", "scan_report"]
@@ -78,9 +79,8 @@ def test_what_is_not_known_is_null() -> None:
     assert summary["robots"][0]["trajectory_rmse_m"] is None
     assert summary["coverage"] == 1.0  # the last of the time line
     empty = summarise(RunRecord())
-    assert [empty[key] for key in ("coverage", "t50_s", "overlap", "real_time_factor")] == [
-        None
-    ] * 4
+    for key in ("coverage", "t50_s", "overlap", "real_time_factor"):
+        assert empty[key] is None
 
 
 def test_coverage_comes_from_the_best_source() -> None:
@@ -156,6 +156,8 @@ def test_reachable_area_of_a_mixed_team() -> None:
     assert reachable_of(record, truth).sum() > 1.5 * both_large
     truth.reachable = np.zeros_like(truth.solid)
     assert reachable_of(record, truth).sum() == 0
+    no_world = TruthRecord(GridGeometry(0.1, 0.0, 0.0, 0, 0), np.zeros((0, 0), dtype=bool))
+    assert reachable_of(record, no_world).shape == (0, 0)
 
 
 def test_no_transform_without_common_tracks() -> None:

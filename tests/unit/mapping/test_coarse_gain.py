@@ -1,12 +1,19 @@
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PIL import Image
 
 from mapping.coarse_gain import coarse_information_gains, coarsen_classes
 from mapping.frontiers import find_frontiers
 from mapping.grid import CLEAR, OBSTACLE, UNKNOWN
 from mapping.information_gain import information_gains
+
+BESIDE = Path(__file__).resolve().parents[4] / "shared" / "data"
+MAPS = Path(os.environ.get("EXPEDITION_DATA", BESIDE)) / "maps"
 
 
 def rooms(rows: int, cols: int) -> np.ndarray:
@@ -107,9 +114,11 @@ def test_no_gain_and_a_way_out_only_through_obstacle_blocks() -> None:
     classes[1:5, 9] = CLEAR
     classes[5:23, 9] = UNKNOWN  # a slit: every block of it holds obstacles
     coarse = coarsen_classes(classes, 4)
-    gains, boxes = coarse_information_gains(coarse, [(1, 9), (4, 9)], 18.0)
-    assert gains.tolist() == [0.0, 8.0]
-    assert boxes.tolist() == [[1, 9, 1, 9], [5, 9, 13, 10]]
+    gains, boxes = coarse_information_gains(coarse, [(1, 9), (4, 9)], 15.0)
+    assert gains.tolist() == [0.0, 15.0]
+    assert boxes.tolist() == [[1, 9, 1, 9], [5, 9, 20, 10]]
+    half = coarsen_classes(classes, 4, np.full(classes.shape, 0.5, dtype=np.float32))
+    assert coarse_information_gains(half, [(4, 9)], 15.0)[0].tolist() == [7.5]
 
 
 def test_a_short_range_stays_fine() -> None:
@@ -121,3 +130,27 @@ def test_a_short_range_stays_fine() -> None:
         np.testing.assert_array_equal(
             coarse_information_gains(coarse, [(10, 10)], reach)[0], expected[0]
         )
+
+
+@pytest.mark.data
+@pytest.mark.skipif(not MAPS.is_dir(), reason="the real maps are not here")
+@pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="whole maps take plain Python too long"
+)
+@pytest.mark.parametrize("name", ["hospital_62m", "office_furnished", "lab_scanned", "gdc_3"])
+@pytest.mark.parametrize("factor", [2, 4])
+def test_gains_come_out_alike_on_real_maps(name: str, factor: int) -> None:
+    grey = np.asarray(Image.open(MAPS / f"{name}.png").convert("L"))
+    truth = np.full(grey.shape, UNKNOWN, dtype=np.uint8)
+    truth[grey > 205] = CLEAR
+    truth[grey < 89] = OBSTACLE
+    free = np.argwhere(truth == CLEAR)
+    centres = [(int(iy), int(ix)) for iy, ix in free[:: len(free) // 14]]
+    classes = revealed(truth, centres, 90)
+    cells = find_frontiers(classes, spacing_cells=12).cells[::3]
+    fine, _ = information_gains(classes, None, cells, 160.0)
+    coarse, _ = coarse_information_gains(coarsen_classes(classes, factor), cells, 160.0)
+    large = fine > 1000.0
+    assert large.sum() > 50
+    assert (np.abs(coarse[large] / fine[large] - 1.0) < 0.1).mean() >= 0.95
+    assert coarse.sum() == pytest.approx(fine.sum(), rel=0.02)

@@ -37,14 +37,14 @@ def test_only_what_changed_is_worked_out_again() -> None:
     classes = np.zeros((20, 60), dtype=np.uint8)
     classes[:, 28:32] = CLEAR
     cells = [(10, 28), (10, 31)]
-    cache = GainCache(12.0)
+    cache = GainCache(20.0)
     coarse = coarsen_classes(classes, 2)
     first, _ = cache.gains(coarse, cells, [])
     assert cache.evaluated == 2
-    cache.gains(coarse, cells, [CellBox(10, 50, 12, 52)])
+    cache.gains(coarse, cells, [CellBox(10, 56, 12, 58)])
     assert cache.evaluated == 0
-    classes[10:12, 38:40] = CLEAR
-    second, _ = cache.gains(coarsen_classes(classes, 2), cells, [CellBox(10, 38, 12, 40)])
+    classes[10:12, 44:46] = CLEAR
+    second, _ = cache.gains(coarsen_classes(classes, 2), cells, [CellBox(10, 44, 12, 46)])
     assert cache.evaluated == 1
     assert second[0] == first[0]
     assert second[1] < first[1]

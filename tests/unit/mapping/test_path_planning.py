@@ -6,12 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mapping.bucket_wave import BLOCKED, UNREACHED
 from mapping.distance_field import truncated_distance
 from mapping.grid import GridGeometry
 from mapping.path_planning import (
-    BLOCKED,
     CARE_LEVELS,
-    UNREACHED,
     cost_field,
     nearest_reachable,
     path_to,

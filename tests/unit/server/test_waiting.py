@@ -20,7 +20,8 @@ class Chooser:
 
 
 def team(choose: Chooser) -> Rig:
-    rig = Rig("anna", "ben", "carl", choose=choose, probe_s=99.0)  # carl never bids: nobody knows where he is
+    # Nobody knows where carl is: he never bids.
+    rig = Rig("anna", "ben", "carl", choose=choose, probe_s=99.0)
     rig.bid("anna", (5, 20, 2), (30, 0.1, 9))
     rig.bid("ben", (5, 20, 8), (30, 0.1, 9))
     rig.wait(0.4, "anna", "ben", "carl")

@@ -1,0 +1,140 @@
+"""The three processes of a team from the inside: carry a core, save what it knows at the end.
+
+`expedition.children` forks them all on this machine; `expedition world`, `server` and `agent` run one
+of them each. Each saves its part of the run's record in the parts folder, whatever ends it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import uvloop
+
+from expedition import cast, collect
+from expedition.results.record import save_record_part
+from expedition.team import TeamSettings
+from protocol.effects import Note
+from protocol.host import Host
+from server.master import Master
+from sim_world.world import World
+
+SERVER_DONE = "server.done"  # in the parts folder: the server has saved its last word
+_PROGRESS_PERIOD = 0.5  # [s], wall
+
+
+@dataclass(frozen=True, slots=True)
+class Ties:
+    """What ties a process to whoever started it.
+
+    Attributes:
+        note: is told each line that the process logs.
+        keep_going: asked all the time; when false the process leaves the mission.
+        bound: is told the endpoint that the process listens on.
+        progress: is told mission time [s] and coverage now and then.
+    """
+
+    note: Callable[[Note], None]
+    keep_going: Callable[[], bool]
+    bound: Callable[[str], None] = lambda endpoint: None
+    progress: Callable[[float, float], None] = lambda now, coverage: None
+
+
+def play_world(
+    team: TeamSettings, stage: cast.Stage, parts: Path, endpoint: str, realtime: bool, ties: Ties
+) -> str:
+    """Play the world until the mission is over; return why it ended.
+
+    Raises:
+        OSError: the endpoint cannot be bound.
+    """
+    from sim_world.app import run_world
+
+    host = cast.world_host(team, stage, not realtime)
+    members = [member.name for member in team.members()] + [cast.SERVER_NAME]
+    core = host.core
+    assert isinstance(core, World)
+    told = 0.0
+
+    def keep_going() -> bool:
+        nonlocal told
+        if time.monotonic() - told > _PROGRESS_PERIOD and core.judge.timeline:
+            told = time.monotonic()
+            ties.progress(*core.judge.timeline[-1])
+        return ties.keep_going()
+
+    step = team.world.step_s
+    try:
+        return uvloop.run(
+            run_world(host, endpoint, step, members, realtime, ties.note, keep_going, ties.bound)
+        )
+    finally:
+        save_record_part(parts, "1-world", collect.world_part(core, stage, team))
+
+
+def serve(
+    team: TeamSettings, parts: Path, world: str, endpoints: Sequence[str], ties: Ties
+) -> str:
+    """Be the server until the mission is over; return why it ended.
+
+    Args:
+        team: the effective settings.
+        parts: folder for the server's part of the record.
+        world: the world's endpoint.
+        endpoints: where to listen for operators: the first that is free.
+        ties: to whoever started it.
+
+    Raises:
+        OSError: no endpoint can be bound.
+        protocol.errors.RefusedError: the world does not take the server in.
+        TimeoutError: the world fell silent.
+    """
+    from server.app import run_server
+
+    host = cast.server_host(team)
+    saved = time.monotonic()
+
+    def keep_going() -> bool:
+        nonlocal saved
+        if time.monotonic() - saved > team.checkpoint_s > 0.0:
+            saved = time.monotonic()
+            _save_server(parts, host)
+        return ties.keep_going()
+
+    names = [member.name for member in team.members()]
+    try:
+        return uvloop.run(
+            run_server(host, world, endpoints, names, ties.note, keep_going, ties.bound)
+        )
+    finally:
+        _save_server(parts, host)
+        (parts / SERVER_DONE).touch()
+
+
+def _save_server(parts: Path, host: Host) -> None:
+    master = host.core
+    assert isinstance(master, Master)
+    save_record_part(parts, "2-server", collect.server_part(master, master.now))
+
+
+def live_as(team: TeamSettings, name: str, world: str, ties: Ties) -> str:
+    """Be a robot's software until the mission is over; return why it ended.
+
+    Raises:
+        protocol.errors.RefusedError: the world does not take the robot in.
+        TimeoutError: the world fell silent.
+    """
+    from robot_agent.app import run_agent
+
+    return uvloop.run(run_agent(cast.agent_host(team, name), world, ties.note, ties.keep_going))
+
+
+def begin_record(parts: Path, launch: Mapping[str, Any]) -> None:
+    """Make the parts folder ready for a new run: what an earlier one left there goes."""
+    parts.mkdir(parents=True, exist_ok=True)
+    for old in (*parts.glob("*.npz"), parts / SERVER_DONE):
+        old.unlink(missing_ok=True)
+    save_record_part(parts, "0-launch", launch)
