@@ -68,7 +68,7 @@ bench: setup
 	$(BIN)/python -m benchmarks.kernels
 
 docs: setup
-	$(BIN)/python docs/settings.py
+	$(BIN)/python docs/settings_page.py
 
 clean:
 	rm -rf .venv .coverage .coverage.* htmlcov .pytest_cache .mypy_cache .ruff_cache .hypothesis \

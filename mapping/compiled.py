@@ -21,13 +21,15 @@ _Function = TypeVar("_Function", bound=Callable[..., object])
 
 
 def _source_digest() -> str:
-    """Return a short hash over all modules of the packages that hold compiled functions."""
+    """Return a short hash over all modules of ours that hold compiled functions."""
     root = Path(__file__).parent.parent
     digest = hashlib.sha256()
-    for package in ("mapping", "coordination", "sim_world"):
+    for package in ("mapping", "coordination", "robot_agent", "sim_world"):
         for path in sorted((root / package).rglob("*.py")):
-            digest.update(path.name.encode())
-            digest.update(path.read_bytes())
+            source = path.read_bytes()
+            if b"@compiled" in source:
+                digest.update(path.name.encode())
+                digest.update(source)
     return digest.hexdigest()[:16]
 
 

@@ -1,9 +1,9 @@
 """Exhaustive search for the pose at which a scan fits a map best, within a window.
 
-Every pose of a lattice is considered; blocks of poses whose upper bound falls short of the best pose
-so far are skipped, so the result is the best of all. End points are scored by reading an image; the
-bound of a block reads the same image after a running maximum over the block, which covers blocks
-across the image's edge as well.
+Every pose of a lattice is considered; blocks of poses whose upper bound falls short of the best
+pose so far are skipped, so the result is the best of all. End points are scored by reading an
+image; the bound of a block reads the same image after a running maximum over the block, which
+covers blocks across the image's edge as well.
 
 Source: Olson 2009, "Real-time correlative scan matching".
 """
@@ -18,13 +18,17 @@ import numpy.typing as npt
 
 from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2, pose_from
-from mapping.grid import GridGeometry, OccupancyGrid
-from mapping.surface_map import LAYERS, SurfaceMap, layer_of
+from mapping.grid import CellBox, OccupancyGrid
+from mapping.surface_map import FAR, LAYERS, SurfaceMap, layer_of
 
 Scores = npt.NDArray[np.uint8]
 
 # Edge of a block of translations [cells]: a power of two, for the running maximum by doubling.
 BLOCK = 8
+
+# Poses closer than this to a better one are not worth a start of their own [m], [rad].
+APART = 0.25
+APART_TURN = 0.07
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,18 +69,31 @@ class SearchSettings:
 
 
 def score_image(
-    grid: OccupancyGrid, surfaces: SurfaceMap, settings: SearchSettings
+    log_odds: npt.NDArray[np.float32],
+    squared: npt.NDArray[np.uint8],
+    resolution: float,
+    settings: SearchSettings,
 ) -> tuple[Scores, float]:
-    """Return the score of an end point per layer and cell (2, rows, cols) uint8, and its unit."""
+    """Return the score of an end point per layer and cell, and what one unit of it is worth.
+
+    Args:
+        log_odds: (rows, cols), what is known.
+        squared: (2, rows, cols), squared distances to the walls of each layer [cells^2].
+        resolution: edge of a cell [m].
+        settings: how end points score.
+
+    Returns:
+        image: (2, rows, cols) uint8.
+        unit: log-likelihood of one unit of the image.
+    """
     unit = -math.log(settings.outlier) / 255.0
-    squared = np.arange(256) * grid.geometry.resolution**2
-    near = np.exp(-0.5 * squared / settings.sigma**2)
+    near = np.exp(-0.5 * np.arange(256) * (resolution / settings.sigma) ** 2)
     likelihood = (1.0 - settings.outlier) * near + settings.outlier
     likelihood[255] = settings.outlier
     table = np.round(255.0 + np.log(likelihood) / unit).clip(0, 255).astype(np.uint8)
     neutral = round(255.0 + math.log(settings.unknown) / unit)
-    image = np.empty((LAYERS, *grid.geometry.shape), dtype=np.uint8)
-    _paint(grid.log_odds, surfaces.squared, table, neutral, settings.known_above, image)
+    image = np.empty(squared.shape, dtype=np.uint8)
+    _paint(log_odds, squared, table, neutral, settings.known_above, image)
     return image, unit
 
 
@@ -121,24 +138,25 @@ def search(
         beam_weight: weight of one end point's log-likelihood against the prior.
         settings: how end points score.
     """
-    stride = -(-len(points_base) // settings.beams)
-    points = points_base[:: max(stride, 1)]
-    geometry = grid.geometry
-    steps = math.ceil(window.reach / geometry.resolution)
-    turns = math.ceil(window.turn / window.turn_step)
-    margin = float(np.hypot(points[:, 0], points[:, 1]).max()) + (steps + 2 * BLOCK + 2) * (
-        geometry.resolution
+    stride = max(-(-len(points_base) // settings.beams), 1)
+    points = np.ascontiguousarray(points_base[::stride])
+    resolution = grid.geometry.resolution
+    steps = math.ceil(window.reach / resolution)
+    farthest = float(np.hypot(points[:, 0], points[:, 1]).max())
+    half = math.ceil(farthest / resolution) + steps + 2 * BLOCK + 2
+    iy, ix = grid.geometry.cell_at(T_map_guess.x, T_map_guess.y)
+    image, unit = _cut(
+        grid, surfaces, CellBox(iy - half, ix - half, iy + half, ix + half), settings
     )
-    region, unit = _cut(grid, surfaces, T_map_guess, margin, settings)
+    corner = grid.geometry.centre_of(iy - half, ix - half)
     found = np.empty((settings.candidates, 4))
     count = _search(
-        region.image,
-        points * 1.0,
+        image,
+        points,
         (T_map_guess.x, T_map_guess.y, T_map_guess.theta),
-        (region.x, region.y, geometry.resolution),
+        (corner[0] - 0.5 * resolution, corner[1] - 0.5 * resolution, resolution),
         steps,
-        turns,
-        window.turn_step,
+        (math.ceil(window.turn / window.turn_step), window.turn_step),
         prior_information,
         unit * beam_weight * len(points_base) / len(points),
         found,
@@ -146,48 +164,19 @@ def search(
     return [pose_from(row[:3]) for row in found[:count]]
 
 
-@dataclass(frozen=True, slots=True)
-class _Region:
-    """A piece of the score image and the corner (x, y) [m] of its first cell."""
-
-    image: Scores
-    x: float
-    y: float
-
-
 def _cut(
-    grid: OccupancyGrid,
-    surfaces: SurfaceMap,
-    T_map_guess: Pose2,
-    margin: float,
-    settings: SearchSettings,
-) -> tuple[_Region, float]:
-    """Return the score image of a square around the guess; beyond the grid all is unknown."""
+    grid: OccupancyGrid, surfaces: SurfaceMap, box: CellBox, settings: SearchSettings
+) -> tuple[Scores, float]:
+    """Return the score image of a box of cells, and its unit; beyond the grid all is unknown."""
     geometry = grid.geometry
-    iy, ix = geometry.cell_at(T_map_guess.x, T_map_guess.y)
-    half = math.ceil(margin / geometry.resolution)
-    log_odds = np.zeros((2 * half + 1, 2 * half + 1), dtype=np.float32)
-    squared = np.full((LAYERS, *log_odds.shape), 255, dtype=np.uint8)
-    box = geometry.box_around(
-        *geometry.centre_of(iy - half, ix - half), *geometry.centre_of(iy + half, ix + half)
-    )
-    if not box.empty:
-        there = box.shifted(half - iy, half - ix).slices
-        log_odds[there] = grid.log_odds[box.slices]
-        squared[:, *there] = surfaces.squared[:, *box.slices]
-    corner_x = geometry.origin_x + (ix - half) * geometry.resolution
-    corner_y = geometry.origin_y + (iy - half) * geometry.resolution
-    local = GridGeometry(geometry.resolution, corner_x, corner_y, *log_odds.shape)
-    piece = _Squares(squared)
-    image, unit = score_image(OccupancyGrid(local, log_odds), piece, settings)  # type: ignore[arg-type]
-    return _Region(image, corner_x, corner_y), unit
-
-
-@dataclass(frozen=True, slots=True)
-class _Squares:
-    """Just the squared distances of a surface map."""
-
-    squared: npt.NDArray[np.uint8]
+    log_odds = np.zeros((box.iy1 - box.iy0, box.ix1 - box.ix0), dtype=np.float32)
+    squared = np.full((LAYERS, *log_odds.shape), FAR, dtype=np.uint8)
+    inside = box.dilated(0, geometry)
+    if not inside.empty:
+        rows, cols = inside.shifted(-box.iy0, -box.ix0).slices
+        log_odds[rows, cols] = grid.log_odds[inside.slices]
+        squared[:, rows, cols] = surfaces.squared[:, *inside.slices]
+    return score_image(log_odds, squared, geometry.resolution, settings)
 
 
 @compiled
@@ -215,69 +204,122 @@ def _search(
     guess: tuple[float, float, float],
     lattice: tuple[float, float, float],
     steps: int,
-    turns: int,
-    turn_step: float,
+    turning: tuple[int, float],
     information: Floats,
     unit: float,
     found: Floats,
 ) -> int:
-    """Fill `found` with (x, y, theta, score) of the best poses; return how many."""
-    block = 8
-    coarse = _running_maximum(image, block)
-    n = points.shape[0]
-    resolution = lattice[2]
-    per_axis = (2 * steps + block) // block
-    total = (2 * turns + 1) * per_axis * per_axis
-    bounds = np.empty(total)
-    cells = np.empty((2 * turns + 1, n, 3), dtype=np.int32)
-    b = 0
-    for t in range(2 * turns + 1):
+    """Fill `found` with (x, y, theta, score) of the best poses; return how many.
+
+    Args:
+        lattice: (x, y) [m] of the image's corner and the edge of a cell [m].
+        steps: translations up to this many cells to each side.
+        turning: headings up to this many steps to each side, and one step [rad].
+        unit: log-likelihood of one unit of the image.
+    """
+    turns, turn_step = turning
+    cells = _project(points, guess, lattice, turns, turn_step)
+    per_axis = (2 * steps + BLOCK) // BLOCK
+    bounds = _bounds(
+        _running_maximum(image, BLOCK), cells, steps, per_axis, lattice[2], turning, information,
+        unit,
+    )  # fmt: skip
+    count = 0
+    for b in np.argsort(-bounds):
+        if count == found.shape[0] and bounds[b] <= found[count - 1, 3]:
+            break
+        t = b // (per_axis * per_axis)
         dt = (t - turns) * turn_step
-        c, s = math.cos(guess[2] + dt), math.sin(guess[2] + dt)
-        for i in range(n):
+        score, dx, dy = _best_of_block(
+            image, cells[t], (b // per_axis) % per_axis, b % per_axis, steps, lattice[2], dt,
+            information, unit,
+        )  # fmt: skip
+        count = _keep(found, count, (guess[0] + dx, guess[1] + dy, guess[2] + dt, score))
+    return count
+
+
+@compiled
+def _project(
+    points: Floats,
+    guess: tuple[float, float, float],
+    lattice: tuple[float, float, float],
+    turns: int,
+    turn_step: float,
+) -> npt.NDArray[np.int32]:
+    """Return layer, row and column of each end point for each heading, (headings, N, 3)."""
+    cells = np.empty((2 * turns + 1, points.shape[0], 3), dtype=np.int32)
+    for t in range(2 * turns + 1):
+        theta = guess[2] + (t - turns) * turn_step
+        c, s = math.cos(theta), math.sin(theta)
+        for i in range(points.shape[0]):
             x = guess[0] + c * points[i, 0] - s * points[i, 1]
             y = guess[1] + s * points[i, 0] + c * points[i, 1]
             nx = c * points[i, 2] - s * points[i, 3]
             cells[t, i, 0] = layer_of(nx, s * points[i, 2] + c * points[i, 3])
-            cells[t, i, 1] = int(math.floor((y - lattice[1]) / resolution))
-            cells[t, i, 2] = int(math.floor((x - lattice[0]) / resolution))
+            cells[t, i, 1] = int(math.floor((y - lattice[1]) / lattice[2]))
+            cells[t, i, 2] = int(math.floor((x - lattice[0]) / lattice[2]))
+    return cells
+
+
+@compiled
+def _bounds(
+    coarse: Scores,
+    cells: npt.NDArray[np.int32],
+    steps: int,
+    per_axis: int,
+    resolution: float,
+    turning: tuple[int, float],
+    information: Floats,
+    unit: float,
+) -> Floats:
+    """Return an upper bound of the score of every block, headings first, then rows."""
+    bounds = np.empty(cells.shape[0] * per_axis * per_axis)
+    b = 0
+    for t in range(cells.shape[0]):
+        dt = (t - turning[0]) * turning[1]
         for by in range(per_axis):
             for bx in range(per_axis):
-                oy, ox = by * block - steps, bx * block - steps
+                oy, ox = by * BLOCK - steps, bx * BLOCK - steps
                 score = 0
-                for i in range(n):
+                for i in range(cells.shape[1]):
                     score += coarse[cells[t, i, 0], cells[t, i, 1] + oy, cells[t, i, 2] + ox]
                 bounds[b] = unit * score + _prior_bound(
-                    information, ox * resolution, oy * resolution, dt, (block - 1) * resolution
+                    information, ox * resolution, oy * resolution, dt, (BLOCK - 1) * resolution
                 )
                 b += 1
-    order = np.argsort(-bounds)
-    count = 0
-    for b in order:
-        if count == found.shape[0] and bounds[b] <= found[count - 1, 3]:
-            break
-        t = b // (per_axis * per_axis)
-        by = b // per_axis % per_axis
-        bx = b % per_axis
-        dt = (t - turns) * turn_step
-        best, best_x, best_y = -math.inf, 0.0, 0.0
-        for oy in range(by * block - steps, min((by + 1) * block - steps, steps + 1)):
-            for ox in range(bx * block - steps, min((bx + 1) * block - steps, steps + 1)):
-                score = 0
-                for i in range(n):
-                    score += image[cells[t, i, 0], cells[t, i, 1] + oy, cells[t, i, 2] + ox]
-                dx, dy = ox * resolution, oy * resolution
-                value = unit * score + _log_prior(information, dx, dy, dt)
-                if value > best:
-                    best, best_x, best_y = value, dx, dy
-        count = _keep(found, count, (guess[0] + best_x, guess[1] + best_y, guess[2] + dt, best))
-    return count
+    return bounds
+
+
+@compiled
+def _best_of_block(
+    image: Scores,
+    cells: npt.NDArray[np.int32],
+    by: int,
+    bx: int,
+    steps: int,
+    resolution: float,
+    dt: float,
+    information: Floats,
+    unit: float,
+) -> tuple[float, float, float]:
+    """Return score and offset (x, y) [m] of the best pose of one block; headings are off by dt."""
+    best, best_x, best_y = -math.inf, 0.0, 0.0
+    for oy in range(by * BLOCK - steps, min((by + 1) * BLOCK - steps, steps + 1)):
+        for ox in range(bx * BLOCK - steps, min((bx + 1) * BLOCK - steps, steps + 1)):
+            score = 0
+            for i in range(cells.shape[0]):
+                score += image[cells[i, 0], cells[i, 1] + oy, cells[i, 2] + ox]
+            dx, dy = ox * resolution, oy * resolution
+            value = unit * score + _log_prior(information, dx, dy, dt)
+            if value > best:
+                best, best_x, best_y = value, dx, dy
+    return best, best_x, best_y
 
 
 @compiled
 def _log_prior(information: Floats, dx: float, dy: float, dt: float) -> float:
     """Return the prior's log density at an offset, up to a constant."""
-    return -0.5 * (
+    value: float = -0.5 * (
         information[0, 0] * dx * dx
         + information[1, 1] * dy * dy
         + information[2, 2] * dt * dt
@@ -285,6 +327,7 @@ def _log_prior(information: Floats, dx: float, dy: float, dt: float) -> float:
         + 2.0 * information[0, 2] * dx * dt
         + 2.0 * information[1, 2] * dy * dt
     )
+    return value
 
 
 @compiled
@@ -293,20 +336,18 @@ def _prior_bound(information: Floats, dx: float, dy: float, dt: float, width: fl
     cx, cy = dx + 0.5 * width, dy + 0.5 * width
     gx = information[0, 0] * cx + information[0, 1] * cy + information[0, 2] * dt
     gy = information[0, 1] * cx + information[1, 1] * cy + information[1, 2] * dt
-    bound = _log_prior(information, cx, cy, dt) + 0.5 * width * (abs(gx) + abs(gy))
+    bound: float = _log_prior(information, cx, cy, dt) + 0.5 * width * (abs(gx) + abs(gy))
     return min(0.0, bound)
 
 
 @compiled
 def _keep(found: Floats, count: int, candidate: tuple[float, float, float, float]) -> int:
     """Insert a candidate into the sorted list unless a better one lies close by."""
-    apart_xy, apart_theta = 0.25, 0.07
-    place = count
     for k in range(count - 1, -1, -1):
         close = (
-            abs(found[k, 0] - candidate[0]) < apart_xy
-            and abs(found[k, 1] - candidate[1]) < apart_xy
-            and abs(found[k, 2] - candidate[2]) < apart_theta
+            abs(found[k, 0] - candidate[0]) < APART
+            and abs(found[k, 1] - candidate[1]) < APART
+            and abs(found[k, 2] - candidate[2]) < APART_TURN
         )
         if close and found[k, 3] >= candidate[3]:
             return count
@@ -324,4 +365,5 @@ def _keep(found: Floats, count: int, candidate: tuple[float, float, float, float
         found[j] = found[j - 1]
     for j in range(4):
         found[place, j] = candidate[j]
-    return min(count + 1, found.shape[0])
+    longer: int = min(count + 1, found.shape[0])
+    return longer

@@ -7,6 +7,7 @@ turned, so cutting a way into more steps changes nothing.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -112,9 +113,7 @@ class MotionModel:
             T_map_after, self.mean(T_map_before, T_before_after), covariance
         )
 
-    def sample(
-        self, poses_map: Floats, T_before_after: Pose2, rng: np.random.Generator
-    ) -> Floats:
+    def sample(self, poses_map: Floats, T_before_after: Pose2, rng: np.random.Generator) -> Floats:
         """Return one drawn pose after the increment for each pose before, (N, 3) as (x, y, theta).
 
         Args:
@@ -152,7 +151,7 @@ class MotionModel:
         Source: Simmons et al. 2000, Figure 1.
         """
         poses = np.tile(path[0].as_array(), (samples, 1))
-        for T_map_a, T_map_b in zip(path[:-1], path[1:], strict=True):
+        for T_map_a, T_map_b in itertools.pairwise(path):
             increment = T_map_a.inverse() @ T_map_b
             size = max(math.hypot(increment.x, increment.y), abs(increment.theta))
             pieces = max(1, math.ceil(size / step))

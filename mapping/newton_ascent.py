@@ -1,8 +1,8 @@
 """The compiled core of scan matching: Newton ascent of prior times likelihood.
 
-Source: Simmons et al. 2000, section "Coordinated Mapping" ("search in the relative pose space of the
-robot can be performed very efficiently using Newton's method"); damping after Levenberg 1944 and
-Marquardt 1963.
+Source: Simmons et al. 2000, section "Coordinated Mapping": "search in the relative pose space of
+the robot can be performed very efficiently using Newton's method"; damping after Levenberg 1944
+and Marquardt 1963.
 """
 
 from __future__ import annotations

@@ -70,8 +70,8 @@ def scan_likelihood(
     Args:
         surfaces: the walls seen so far.
         geometry: of the grid that `surfaces` follows.
-        points_base: (N, 4) end points of the beams that hit [m] and the directions their surfaces face,
-            see `scan_points`.
+        points_base: (N, 4) end points of the beams that hit [m] and the directions their
+            surfaces face, see `scan_points`.
         T_map_base: the pose to judge.
         settings: shape of the likelihood.
     """

@@ -294,13 +294,12 @@ def _clear_beam(
     iy -= iy0
     ix -= ix0
     while True:
-        if 0 <= iy < rows and 0 <= ix < cols:
-            if seen[iy, ix] == 0:
-                value = log_odds[iy + iy0, ix + ix0]
-                if value > keep_above:
-                    return
-                seen[iy, ix] = 1
-                log_odds[iy + iy0, ix + ix0] = max(lowest, value + miss)
+        if 0 <= iy < rows and 0 <= ix < cols and seen[iy, ix] == 0:
+            value = log_odds[iy + iy0, ix + ix0]
+            if value > keep_above:
+                return
+            seen[iy, ix] = 1
+            log_odds[iy + iy0, ix + ix0] = max(lowest, value + miss)
         if next_x < next_y:
             if next_x >= reach:
                 return

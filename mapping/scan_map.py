@@ -1,8 +1,8 @@
 """The map as the collection of all scans with their corrected poses.
 
 "The collection of all scans, along with their corrected scan coordinates, forms the map. The scan
-map is then efficiently converted to an occupancy grid map." Grids are drawn from it and can be drawn
-again whenever poses are corrected.
+map is then efficiently converted to an occupancy grid map." Grids are drawn from it and can be
+drawn again whenever poses are corrected.
 
 Source: Simmons et al. 2000, section "Coordinated Mapping"; grids after Elfes 1989.
 """

@@ -9,7 +9,6 @@ Source: Simmons et al. 2000, section "Coordinated Mapping"; the search follows O
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -84,8 +83,8 @@ def match(
     Args:
         grid: the map so far.
         surfaces: its walls.
-        points_base: (N, 4) end points of the beams that hit [m] and the directions their surfaces face,
-            see `scan_points`.
+        points_base: (N, 4) end points of the beams that hit [m] and the directions their
+            surfaces face, see `scan_points`.
         T_map_guess: mean of the prior, the odometry's word.
         prior_covariance: (3, 3) of (x, y, theta) of the guess, map frame.
         settings: how to match.

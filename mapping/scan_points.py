@@ -44,7 +44,7 @@ def turned_points(points_base: Floats, T_map_base: Pose2) -> Floats:
 
 @compiled
 def _turned(points: Floats, x: float, y: float, theta: float) -> Floats:
-    """Return points with normals (N, 4) seen from the frame in which theirs lies at (x, y, theta)."""
+    """Return points with normals (N, 4) in the frame in which their own lies at (x, y, theta)."""
     c, s = math.cos(theta), math.sin(theta)
     turned = np.empty_like(points)
     for i in range(points.shape[0]):

@@ -17,23 +17,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from mapping.closest_walls import Ids, move_walls
 from mapping.compiled import compiled
 from mapping.geometry import Floats
 from mapping.grid import CellBox, OccupancyGrid, Padding
 
-Ids = npt.NDArray[np.int32]
+_Scalar = TypeVar("_Scalar", bound=np.generic)
 
-# Surfaces facing one half of all directions live in layer 0, the others in layer 1. The line between
-# the halves is askew, as most walls run along x or y of a robot's first pose, or diagonally.
+# Surfaces facing one half of all directions live in layer 0, the others in layer 1. The line
+# between the halves is askew, as most walls run along or across a robot's first pose.
 LAYERS = 2
 FACING_X, FACING_Y = math.cos(math.radians(64.0)), math.sin(math.radians(64.0))
 
 # Distances are kept as squares in cells, one byte each; this byte says "no wall within reach".
 FAR = 255
+
+
 NO_SURFEL = -1
 
 
@@ -45,9 +49,9 @@ class SurfaceSettings:
         occupied_above: a cell is part of a wall when its log-odds exceed this.
         reach: cells up to this far from a wall know their closest wall cell [cells], at most 15.
         fit_radius: the line through a wall cell is fitted to the cells up to this far [cells].
-        hits_cap: a cell counts in a fit like at most this many end points.
         memory: a cell's mean forgets older end points as if it only ever held this many.
-        doubt: a wall fitted to n end points counts n / (n + doubt) as much as a well known one.
+        doubt: a wall that the last n scans saw counts n / (n + doubt) as much as one known since
+            long: scans that lie close in time share the errors of their poses.
         line_below: ratio of widths (variance across / variance along) below which the wall counts
             as a line: no pull along it.
         blob_above: ratio above which it counts as a blob that pulls alike in all directions.
@@ -56,11 +60,8 @@ class SurfaceSettings:
     occupied_above: float = 0.4
     reach: int = 6
     fit_radius: int = 2
-    hits_cap: float = 1000.0
     memory: float = 1000.0
     doubt: float = 20.0
-    sharp: float = 0.0
-    narrow: float = 0.0
     line_below: float = 0.2
     blob_above: float = 0.5
 
@@ -74,16 +75,18 @@ class SurfaceMap:
             by layer.
         squared: (2, rows, cols) uint8, squared distance to that cell [cells^2], else 255.
         owned: (2, rows, cols) int32, the surfel of the cell itself, -1 if no end point fell in.
+        scans: number of scans taken in.
         count: number of surfels.
         cells: (capacity, 3) int32, their layers and cells (layer, iy, ix).
-        sums: (capacity, 3), weight and weighted sums of x, y of the end points [m], map frame.
+        sums: (capacity, 4), weight and weighted sums of x, y of the end points [m], map frame, and
+            the number of the scan that the first of them came with.
         surfels: (capacity, 5), point (x, y) [m] and matrix (a_xx, a_xy, a_yy), see
             `perceptual_model`.
         occupied: (capacity,) bool, whether the cell is part of a wall now.
     """
 
-    __slots__ = ("cells", "closest", "count", "occupied", "owned", "settings", "squared", "sums",
-                 "surfels")  # fmt: skip
+    __slots__ = ("cells", "closest", "count", "occupied", "owned", "scans", "settings", "squared",
+                 "sums", "surfels")  # fmt: skip
 
     def __init__(self, shape: tuple[int, int], settings: SurfaceSettings | None = None) -> None:
         self.settings = settings or SurfaceSettings()
@@ -91,8 +94,9 @@ class SurfaceMap:
         self.squared: npt.NDArray[np.uint8] = np.full((LAYERS, *shape), FAR, dtype=np.uint8)
         self.owned: Ids = np.full((LAYERS, *shape), NO_SURFEL, dtype=np.int32)
         self.count = 0
+        self.scans = 0
         self.cells: Ids = np.zeros((256, 3), dtype=np.int32)
-        self.sums: Floats = np.zeros((256, 5))
+        self.sums: Floats = np.zeros((256, 4))
         self.surfels: Floats = np.zeros((256, 5))
         self.occupied: npt.NDArray[np.bool_] = np.zeros(256, dtype=np.bool_)
 
@@ -114,25 +118,27 @@ class SurfaceMap:
             box: the cells that may have changed.
         """
         self._reserve(len(points_map))
+        self.scans += 1
         geometry, settings = grid.geometry, self.settings
         lattice = (geometry.origin_x, geometry.origin_y, geometry.resolution)
         dirty = np.zeros(len(self.occupied), dtype=np.bool_)
         self.count = _add_hits(
             points_map, lattice, self.owned, self.cells, self.sums, self.count, settings.memory,
-            dirty,
+            float(self.scans), dirty,
         )  # fmt: skip
         flips = _find_flips(
             grid.log_odds, (box.iy0, box.ix0, box.iy1, box.ix1), self.occupied,
             np.float32(settings.occupied_above), self.cells, self.count, dirty,
         )  # fmt: skip
         for cleared in (True, False):
-            _move_walls(
+            move_walls(
                 flips, cleared, self.occupied, self.cells, self.owned, self.closest, self.squared,
                 settings.reach,
             )  # fmt: skip
         _refit(
             dirty[: self.count], self.owned, self.occupied, self.cells, self.sums, self.surfels,
-            settings.fit_radius, settings.hits_cap, settings.doubt, settings.sharp, settings.narrow, (settings.line_below, settings.blob_above),
+            settings.fit_radius, settings.doubt, float(self.scans),
+            (settings.line_below, settings.blob_above),
         )  # fmt: skip
 
     def _reserve(self, more: int) -> None:
@@ -147,16 +153,14 @@ class SurfaceMap:
         self.occupied = _enlarged(self.occupied, larger)
 
 
-def _enlarged(array: npt.NDArray, rows: int) -> npt.NDArray:  # type: ignore[type-arg]
+def _enlarged(array: npt.NDArray[_Scalar], rows: int) -> npt.NDArray[_Scalar]:
     """Return `array` with zero rows added at its end."""
     grown = np.zeros((rows, *array.shape[1:]), dtype=array.dtype)
     grown[: len(array)] = array
     return grown
 
 
-def _padded(
-    layers: npt.NDArray, padding: Padding, fill: float  # type: ignore[type-arg]
-) -> npt.NDArray:  # type: ignore[type-arg]
+def _padded(layers: npt.NDArray[_Scalar], padding: Padding, fill: float) -> npt.NDArray[_Scalar]:
     """Return all layers (2, rows, cols) grown by a padding."""
     return np.stack([padding.pad(layer, fill) for layer in layers])
 
@@ -176,6 +180,7 @@ def _add_hits(
     sums: Floats,
     count: int,
     memory: float,
+    now: float,
     dirty: npt.NDArray[np.bool_],
 ) -> int:
     """Add end points to their cells' means; return the new number of surfels."""
@@ -194,13 +199,14 @@ def _add_hits(
             cells[k, 0] = layer
             cells[k, 1] = iy
             cells[k, 2] = ix
+            sums[k, 3] = now
         if sums[k, 0] >= memory:
             keep = (memory - 1.0) / sums[k, 0]
-            for j in range(5):
+            for j in range(3):
                 sums[k, j] *= keep
         sums[k, 0] += 1.0
-        for j in range(4):
-            sums[k, j + 1] += points[i, j]
+        sums[k, 1] += points[i, 0]
+        sums[k, 2] += points[i, 1]
         dirty[k] = True
     return count
 
@@ -231,69 +237,6 @@ def _find_flips(
 
 
 @compiled
-def _move_walls(
-    flips: Ids,
-    cleared: bool,
-    occupied: npt.NDArray[np.bool_],
-    cells: Ids,
-    owned: Ids,
-    closest: Ids,
-    squared: npt.NDArray[np.uint8],
-    reach: int,
-) -> None:
-    """Update who is closest to whom: after cells stopped being wall (`cleared`) or became wall."""
-    for k in flips:
-        if occupied[k] == cleared:
-            continue
-        if cleared:
-            _drop_wall(k, occupied, cells, owned, closest, squared, reach)
-        else:
-            _spread_wall(k, cells, closest, squared, reach)
-
-
-@compiled
-def _spread_wall(
-    k: int, cells: Ids, closest: Ids, squared: npt.NDArray[np.uint8], reach: int
-) -> None:
-    """Tell the cells around the new wall cell `k` of it."""
-    _, rows, cols = closest.shape
-    layer, cy, cx = cells[k, 0], cells[k, 1], cells[k, 2]
-    for iy in range(max(0, cy - reach), min(rows, cy + reach + 1)):
-        for ix in range(max(0, cx - reach), min(cols, cx + reach + 1)):
-            far = (iy - cy) * (iy - cy) + (ix - cx) * (ix - cx)
-            if far <= reach * reach and far < squared[layer, iy, ix]:
-                squared[layer, iy, ix] = far
-                closest[layer, iy, ix] = k
-
-
-@compiled
-def _drop_wall(
-    k: int,
-    occupied: npt.NDArray[np.bool_],
-    cells: Ids,
-    owned: Ids,
-    closest: Ids,
-    squared: npt.NDArray[np.uint8],
-    reach: int,
-) -> None:
-    """Find a new closest wall for every cell whose closest wall was `k`."""
-    _, rows, cols = closest.shape
-    layer, cy, cx = cells[k, 0], cells[k, 1], cells[k, 2]
-    for iy in range(max(0, cy - reach), min(rows, cy + reach + 1)):
-        for ix in range(max(0, cx - reach), min(cols, cx + reach + 1)):
-            if closest[layer, iy, ix] != k:
-                continue
-            best, best_far = -1, reach * reach + 1
-            for jy in range(max(0, iy - reach), min(rows, iy + reach + 1)):
-                for jx in range(max(0, ix - reach), min(cols, ix + reach + 1)):
-                    far = (iy - jy) * (iy - jy) + (ix - jx) * (ix - jx)
-                    if far < best_far and owned[layer, jy, jx] >= 0 and occupied[owned[layer, jy, jx]]:
-                        best, best_far = owned[layer, jy, jx], far
-            closest[layer, iy, ix] = best
-            squared[layer, iy, ix] = best_far if best >= 0 else 255
-
-
-@compiled
 def _refit(
     dirty: npt.NDArray[np.bool_],
     owned: Ids,
@@ -302,10 +245,8 @@ def _refit(
     sums: Floats,
     surfels: Floats,
     radius: int,
-    cap: float,
     doubt: float,
-    sharp: float,
-    narrow: float,
+    now: float,
     ratios: tuple[float, float],
 ) -> None:
     """Fit the surfels anew in whose neighbourhood something changed."""
@@ -320,7 +261,9 @@ def _refit(
                 j = owned[layer, iy, ix]
                 if j >= 0 and occupied[j] and not again[j]:
                     again[j] = True
-                    _fit_surfel(j, owned, occupied, cells, sums, surfels, radius, cap, doubt, sharp, narrow, ratios)
+                    _fit_surfel(
+                        j, owned, occupied, cells, sums, surfels, radius, doubt, now, ratios
+                    )
 
 
 @compiled
@@ -332,10 +275,8 @@ def _fit_surfel(
     sums: Floats,
     surfels: Floats,
     radius: int,
-    cap: float,
     doubt: float,
-    sharp: float,
-    narrow: float,
+    now: float,
     ratios: tuple[float, float],
 ) -> None:
     """Fit a line to the end points around surfel `k`; how much it is a line shapes its matrix."""
@@ -343,17 +284,14 @@ def _fit_surfel(
     layer = cells[k, 0]
     x0, y0 = sums[k, 1] / sums[k, 0], sums[k, 2] / sums[k, 0]
     n = sx = sy = sxx = sxy = syy = 0.0
+    first = now
     for iy in range(max(0, cells[k, 1] - radius), min(rows, cells[k, 1] + radius + 1)):
         for ix in range(max(0, cells[k, 2] - radius), min(cols, cells[k, 2] + radius + 1)):
             j = owned[layer, iy, ix]
             if j < 0:
                 continue
-            agree = sums[k, 3] * sums[j, 3] + sums[k, 4] * sums[j, 4]
-            if agree <= 0.0:
-                continue
-            w = min(sums[j, 0], cap) * (agree / (sums[k, 0] * sums[j, 0])) ** sharp
-            d = (iy - cells[k, 1]) ** 2 + (ix - cells[k, 2]) ** 2
-            w *= math.exp(-d * narrow)
+            w = sums[j, 0]
+            first = min(first, sums[j, 3])
             x = sums[j, 1] / sums[j, 0] - x0
             y = sums[j, 2] / sums[j, 0] - y0
             n += w
@@ -374,7 +312,8 @@ def _fit_surfel(
     # A blob sits at its own cell's mean, a line passes through the mean of all.
     surfels[k, 0] = x0 + (1.0 - blob) * mx
     surfels[k, 1] = y0 + (1.0 - blob) * my
-    trust = n / (n + doubt)
+    seen = min(n, now - first + 1.0)
+    trust = seen / (seen + doubt)
     surfels[k, 2] = trust * (nx * nx + blob * ny * ny)
     surfels[k, 3] = trust * (nx * ny * (1.0 - blob))
     surfels[k, 4] = trust * (ny * ny + blob * nx * nx)

@@ -79,8 +79,7 @@ class Explorer:
         places, costs, reached = self._costs(T_map_base, frontiers.cells)
         gains, rectangles = self._gains(frontiers.cells[reached])
         if self._settings.openings_limit_gains:
-            widths = frontiers.component_size[reached] * resolution
-            gains = np.minimum(gains, widths * self._body.lidar.range_max_m)
+            gains = self._through_openings(gains, frontiers.component_size[reached] * resolution)
         keep = self._best(gains)
         return Bid(
             number=self._number,
@@ -133,6 +132,15 @@ class Explorer:
         corners = boxes.astype(np.float64)[:, [1, 0, 3, 2]] * geometry.resolution
         corners += np.array([geometry.origin_x, geometry.origin_y] * 2)
         return gains * geometry.resolution**2, corners
+
+    def _through_openings(self, gains: Floats, widths: Floats) -> Floats:
+        """Return the gains (n,) [m2] with less behind openings (n,) [m] too narrow for the body.
+
+        A gap between two wall segments opens on all the unknown outside, but only what is seen
+        through it from here can be gained, not what lies behind.
+        """
+        narrow = widths < 2.0 * self._body.radius_m
+        return np.where(narrow, np.minimum(gains, widths * self._settings.peep_m), gains)
 
     def _best(self, gains: Floats) -> npt.NDArray[np.int64]:
         """Return the rows of the places worth telling: those with a gain, the richest if many."""

@@ -42,7 +42,7 @@ class DrivingSettings(_Settings):
     gap_full_speed_m: Positive = 0.07
     speed_tight_m_s: Positive = 0.18
     braking_m_s2: Positive = 0.7
-    watch_ahead_m: Positive = 1.0
+    watch_ahead_m: Positive = 0.6
     replan_period_s: Positive = 2.0
     off_path_m: Positive = 0.35
     unreachable_after_s: NotNegative = 1.5

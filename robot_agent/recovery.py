@@ -144,7 +144,7 @@ def room_behind(
     step = 0.5 * geometry.resolution
     c, s = math.cos(T_map_base.theta), math.sin(T_map_base.theta)
     needed, held, room = body_radius + geometry.resolution, 0.0, 0.0
-    for k in range(math.floor(length / step) + 1):
+    for k in range(round(length / step) + 1):
         clearance = planning_map.clearance_at(
             T_map_base.x - c * k * step, T_map_base.y - s * k * step
         )

@@ -22,8 +22,8 @@ from robot_agent.path_following import evenly_spaced
 _USUAL_SPEED = 0.45
 # Paths whose directions differ by less than 60 degrees are ways of two that follow each other.
 _SAME_WAY = 0.5
-# Who comes this much later where two ways join lets the other one go first [s].
-_FIRST_BY = 0.3
+# Who is this far behind where two ways join lets the other one go first [m].
+_FIRST_BY = 0.15
 # Two that come to the joint of their ways this far apart in time do not touch [s].
 _JOIN_APART = 1.5
 # Points of a path in the meeting test are this far apart [m].
@@ -93,12 +93,14 @@ class Rival:
         mine: how far along this robot's path the two would meet [m].
         theirs: how far along the other's path [m].
         joining: whether both go the same way, so that waiting a moment is enough.
+        behind: how far this robot is behind the other where their ways join [m].
     """
 
     sighting: Sighting
     mine: float
     theirs: float
     joining: bool
+    behind: float
 
 
 @dataclass(slots=True)
@@ -161,18 +163,18 @@ class RightOfWay:
         settings = self._settings
         theirs = _sampled(other.path_map, settings.horizon_m)
         reach = radius + other.teammate.radius + settings.gap_m
-        i, j, joining = _first_meeting(
+        i, j, joining, lead = _first_meeting(
             mine, theirs, reach, settings.time_apart_s * _USUAL_SPEED, _JOIN_APART * _USUAL_SPEED
         )
         if i < 0:
             return None
-        return Rival(other, i * _SAMPLE, j * _SAMPLE, bool(joining))
+        behind = (i - j) * _SAMPLE + lead
+        return Rival(other, i * _SAMPLE, j * _SAMPLE, bool(joining), behind)
 
     def _after(self, rival: Rival) -> bool:
         """Whether this robot comes later where two ways join; by name if they come together."""
-        later = (rival.mine - rival.theirs) / _USUAL_SPEED
-        if abs(later) > _FIRST_BY:
-            return later > 0.0
+        if abs(rival.behind) > _FIRST_BY:
+            return rival.behind > 0.0
         return self._name > rival.sighting.teammate.name
 
     def _swapped(
@@ -215,7 +217,7 @@ def _sampled(path_map: Floats, horizon: float) -> Floats:
 @compiled
 def _first_meeting(
     mine: Floats, theirs: Floats, reach: float, apart: float, join_apart: float
-) -> tuple[int, int, bool]:
+) -> tuple[int, int, bool, float]:
     """Return the first points of two sampled paths at which two robots would be too near.
 
     Args:
@@ -227,7 +229,8 @@ def _first_meeting(
         join_apart: the same where both go in one direction [m].
 
     Returns:
-        The indices of the points, (-1, -1) if they do not meet, and whether the ways join there.
+        The indices of the points, (-1, -1) if they do not meet; whether the ways join there; and
+        if so, how far the other's point is ahead of this robot's [m].
     """
     count, other = len(mine), len(theirs)
     for i in range(count):
@@ -236,7 +239,7 @@ def _first_meeting(
             if dx * dx + dy * dy >= reach * reach:
                 continue
             if count == 1:
-                return i, j, False
+                return i, j, False, 0.0
             a, b = min(i, count - 2), min(j, other - 2)
             ax, ay = mine[a + 1, 0] - mine[a, 0], mine[a + 1, 1] - mine[a, 1]
             bx, by = theirs[b + 1, 0] - theirs[b, 0], theirs[b + 1, 1] - theirs[b, 1]
@@ -247,7 +250,7 @@ def _first_meeting(
             difference = abs(i - j) * _SAMPLE
             if same_way and not ended:
                 if difference <= join_apart:
-                    return i, j, True
+                    return i, j, True, (dx * ax + dy * ay) / max(math.hypot(ax, ay), 1e-9)
             elif difference <= apart or (ended and difference <= 3.0 * apart):
-                return i, j, False
-    return -1, -1, False
+                return i, j, False, 0.0
+    return -1, -1, False, 0.0

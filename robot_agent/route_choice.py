@@ -10,6 +10,7 @@ import numpy as np
 
 from mapping.geometry import Floats
 from robot_agent.navigation_settings import RightOfWaySettings
+from robot_agent.path_following import evenly_spaced
 from robot_agent.planning_map import PlanningMap
 from robot_agent.right_of_way import RightOfWay, Rival, Sighting
 from robot_agent.route_planning import (
@@ -22,6 +23,8 @@ from robot_agent.route_planning import (
 
 # So far beyond the place where two robots would meet the other's path is kept out of [m].
 _BEYOND_MEETING = 1.5
+# What a teammate is going to drive is drawn as discs this far apart [m].
+_CLAIM_SPACING = 0.2
 # So long a wave from the goal serves for an estimate while the map changes [s].
 _AIM_LASTS = 8.0
 # A robot that waits on its own path stops so far before the other's way [m].
@@ -198,9 +201,11 @@ class RouteChoice:
 
 
 def _first_metres(path_map: Floats, length: float) -> Floats:
-    """Return the points (n, 2) [m] of the first `length` [m] of a path, at least one."""
-    passed = np.cumsum(np.hypot(*np.diff(path_map, axis=0).T))
-    return path_map[: int(np.searchsorted(passed, length, side="right")) + 1]
+    """Return the first `length` [m] of a path as close points (n, 2) [m], at least one."""
+    if len(path_map) < 2:
+        return path_map
+    points = evenly_spaced(np.ascontiguousarray(path_map), _CLAIM_SPACING)
+    return points[: math.ceil(length / _CLAIM_SPACING) + 1]
 
 
 def _inside(

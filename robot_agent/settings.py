@@ -37,9 +37,10 @@ class ExplorerSettings(_Settings):
         frontier_cells_min: a frontier of fewer cells is noise.
         gain_range_m: information is expected up to this far, or the sensor's range if that is
             less: between walls a laser rarely sees as far as it could.
-        openings_limit_gains: whether no more is expected behind a frontier than a beam as wide as
-            the frontier and as long as the sensor's range would show. A gap between two wall
-            segments opens on all the unknown outside, but nothing is to be seen through it.
+        openings_limit_gains: whether no more is expected behind a frontier too narrow for the body
+            than a strip as wide as the frontier and as long as `peep_m`. A gap between two wall
+            segments opens on all the unknown outside, but only a little is to be seen through it.
+        peep_m: see `openings_limit_gains`.
         weigh_by_probability: whether cells that are partly known weigh less (the improvement that
             Simmons et al. 2000 name).
         coarsening: information is counted on blocks of so many cells along an edge.
@@ -52,6 +53,7 @@ class ExplorerSettings(_Settings):
     frontier_cells_min: Annotated[int, Field(ge=1)] = 6
     gain_range_m: Positive = 4.0
     openings_limit_gains: bool = True
+    peep_m: Positive = 2.0
     weigh_by_probability: bool = True
     coarsening: Annotated[int, Field(ge=1, le=8)] = 4
     bid_period_s: Positive = 2.0
@@ -60,10 +62,14 @@ class ExplorerSettings(_Settings):
 
 
 class TaskSettings(_Settings):
-    """How a robot works on its tasks."""
+    """How a robot works on its tasks.
+
+    At a frontier the robot turns until it faces what is unknown within `look_radius_m`.
+    """
 
     arrive_explore_m: Positive = 0.4
     arrive_visit_m: Positive = 0.15
+    look_radius_m: Positive = 0.8
     progress_period_s: Positive = 1.0
     drive_timeout_s: Positive = 1.0
 

@@ -94,15 +94,22 @@ def _tracked(mate: Teammate, before: _Track | None) -> _Track:
     path, direction = np.array([[x, y]]), mate.T_map_base.theta
     announced = np.asarray(mate.path_map, dtype=np.float64).reshape(-1, 2)
     if len(announced):
-        # What it had driven already when it announced its place is no longer ahead of it.
-        first = int(np.argmin(((announced - path) ** 2).sum(axis=1)))
-        path = np.concatenate((path, announced[first + 1 :]))
+        path = np.concatenate((path, announced[_passed(announced, x, y) :]))
     lengths = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))))
     if lengths[-1] < _SHORTEST_PATH:
         path, lengths = path[:1], lengths[:1]
     else:
         direction = math.atan2(path[1, 1] - y, path[1, 0] - x)
     return _Track(mate, path, lengths, direction, speed, stood_at, stands_since)
+
+
+def _passed(announced: Floats, x: float, y: float) -> int:
+    """Return how many points of an announced path (n, 2) [m] lie behind a robot at (x, y) [m]."""
+    k = int(np.argmin(np.hypot(announced[:, 0] - x, announced[:, 1] - y)))
+    along = announced[k] - announced[k - 1] if k > 0 else announced[1:2].sum(axis=0) - announced[0]
+    here = announced[k] - (x, y)
+    behind = len(announced) > 1 and float(here[0] * along[0] + here[1] * along[1]) <= 0.0
+    return k + 1 if behind else k
 
 
 def _carried_on(track: _Track, travelled: float) -> tuple[Floats, float]:

@@ -21,6 +21,10 @@ _CURVES = np.linspace(-SHARPEST_CURVE, SHARPEST_CURVE, 17)
 _REACTION = 0.25
 # Slower than this the robot stands [m/s].
 _STANDS = 0.04
+# Another arc is looked for when the one along the path allows less than this share of the speed.
+_HINDERED = 0.8
+# It must allow this much more.
+_FASTER = 1.2
 # Another arc must get this much nearer to the target than standing still does [m].
 _WORTHWHILE = 0.05
 # What stands this near behind a teammate's rim is taken for the teammate [m].
@@ -93,7 +97,7 @@ class Steering:
         bodies = self._bodies(T_map_base, others)
         curvature = wish.turn_rate / wish.speed
         speed, by_teammate = self._allowed(points, bodies, curvature, wish.speed)
-        if speed < 0.5 * wish.speed:
+        if speed < _HINDERED * wish.speed:
             speed, curvature, by_teammate = self._evade(
                 points, bodies, wish, curvature, speed, by_teammate
             )
@@ -160,7 +164,9 @@ class Steering:
             return speed, curvature, by_teammate
         limit = self._body.drive.turn_rate_max_rad_s / max(abs(other), 1e-9)
         faster, limited = self._allowed(points, bodies, other, min(wish.speed, limit))
-        return (faster, other, limited) if faster > speed else (speed, curvature, by_teammate)
+        if faster < _FASTER * speed:
+            return speed, curvature, by_teammate
+        return faster, other, limited
 
     def _look_at_target(self, wish: Pursuit, by_teammate: bool) -> Steered:
         """Stand, but turn towards where the path goes on: the disc touches nothing by turning."""

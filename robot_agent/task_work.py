@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mapping.geometry import Floats, Pose2
+from mapping.grid import UNKNOWN
 from protocol.body import Body
 from protocol.messages import Award, Message, TaskEnd, TaskProgress
 from robot_agent.navigation import Navigator
@@ -17,6 +18,7 @@ from robot_agent.settings import TaskSettings
 from robot_agent.right_of_way import Teammate
 
 _EPSILON = 1e-9
+_VIEW_MARGIN = 0.35  # [rad]; what lies nearer to the edge of the field of view is turned to
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,8 @@ class TaskWork:
     def __init__(self, navigator: Navigator, body: Body, settings: TaskSettings) -> None:
         self._navigator = navigator
         self._drive = body.drive
+        self._half_view = math.radians(0.5 * body.lidar.field_of_view_deg)
+        self._looking = False
         self._settings = settings
         self._award: Award | None = None
         self._awarded = -math.inf
@@ -65,6 +69,7 @@ class TaskWork:
         if current is not None and award.task < current.task:
             return []  # a late copy of an older award
         self._award, self._awarded = award, now
+        self._looking = self._looking and current is not None and current.task == award.task
         if current is not None and current.task == award.task:
             return []
         self._next_progress = now
@@ -87,6 +92,7 @@ class TaskWork:
         if self._award is not None:
             self._ended.add(self._award.task)
         self._award = None
+        self._looking = False
         self._navigator.clear()
 
     def step(
@@ -117,6 +123,16 @@ class TaskWork:
             news = self._news(award, step.status, step.remaining_m, now)
         return WorkStep(step.speed, step.turn_rate, np.asarray(step.path_map), news)
 
+    def _look(self, award: Award, T_map_base: Pose2, planning_map: PlanningMap) -> WorkStep:
+        """Turn at a frontier until the lidar faces it, then the task is done."""
+        bearing = bearing_of_unknown(
+            planning_map, T_map_base, award.goal_map, self._settings.look_radius_m
+        )
+        if bearing is None or abs(bearing) < self._half_view - _VIEW_MARGIN:
+            return WorkStep(0.0, 0.0, np.zeros((0, 2)), self._end(award, "done", ""))
+        rate = math.copysign(self._drive.turn_rate_max_rad_s, bearing)
+        return WorkStep(0.0, rate, np.zeros((0, 2)), [])
+
     def _by_hand(self, award: Award, now: float) -> WorkStep:
         """An operator drives; without fresh words the robot halts."""
         fresh = now - self._awarded <= self._settings.drive_timeout_s
@@ -146,6 +162,34 @@ class TaskWork:
             return []
         self._next_progress = now + self._settings.progress_period_s
         return [TaskProgress(task=award.task, remaining_m=max(remaining, 0.0))]
+
+
+def bearing_of_unknown(
+    planning_map: PlanningMap, T_map_base: Pose2, place: tuple[float, float], radius: float
+) -> float | None:
+    """Return where, seen from the robot, the unknown around a place lies, or None if none is.
+
+    Args:
+        planning_map: the team's map.
+        T_map_base: the robot, map frame.
+        place: (x, y) [m], map frame.
+        radius: how far from the place to look for unknown cells [m].
+
+    Returns:
+        The bearing of their mean [rad], counter-clockwise from the robot's +x.
+    """
+    geometry = planning_map.geometry
+    x, y = place
+    box = geometry.box_around(x - radius, y - radius, x + radius, y + radius)
+    cells = np.argwhere(planning_map.classes[box.slices] == UNKNOWN)
+    if not len(cells):
+        return None
+    points = geometry.centres_of(cells + (box.iy0, box.ix0))
+    near = np.hypot(points[:, 0] - x, points[:, 1] - y) <= radius
+    if not near.any():
+        return None
+    middle = T_map_base.inverse().apply(points[near].mean(axis=0))
+    return math.atan2(float(middle[1]), float(middle[0]))
 
 
 def _clipped(value: float, limit: float) -> float:

@@ -50,7 +50,7 @@ class ExecutiveSettings(BaseModel):
     drive_s: _Positive = 1.0
     keep_radius_m: _NotNegative = 0.5
     give_up_radius_m: _Positive = 0.5
-    max_tries: Annotated[int, Field(ge=1)] = 3
+    max_tries: Annotated[int, Field(ge=1)] = 2
     settle_s: _Positive = 4.0
     bid_patience_s: _Positive = 20.0
     expiries_max: Annotated[int, Field(ge=1)] = 3

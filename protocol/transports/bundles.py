@@ -64,6 +64,6 @@ def unpack_bundle(member: str, message: Sequence[bytes]) -> Bundle:
         FrameError: the message is no bundle.
     """
     meta, parcels = unpack_parcels(message)
-    if len(meta) != 3 or not isinstance(meta[0], float):
-        raise FrameError("bundle without its time")
-    return Bundle(member, meta[0], parcels, meta[1], int(meta[2]))
+    if len(meta) != 3 or not isinstance(meta[0], float) or not isinstance(meta[2], int):
+        raise FrameError("bundle without its time and incarnation")
+    return Bundle(member, meta[0], parcels, meta[1], meta[2])

@@ -1,0 +1,157 @@
+"""The robot's copy of the team's map: what deltas make of it equals what a snapshot does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mapping.distance_field import truncated_distance
+from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, CellBox
+from protocol.map_cells import pack_cells
+from protocol.messages import MapDelta, MapSnapshot
+from robot_agent.navigation_settings import PlanningMapSettings
+from robot_agent.planning_map import PlanningMap
+
+RESOLUTION = 0.1
+SETTINGS = PlanningMapSettings(resolution_m=RESOLUTION, clearance_limit_m=0.5, largest_cells=10**6)
+
+
+def empty() -> PlanningMap:
+    return PlanningMap(0.25, SETTINGS)
+
+
+def delta(number: int, log_odds: np.ndarray, x: int = 0, y: int = 0, res: float = 0.1) -> MapDelta:
+    rows, cols = log_odds.shape
+    return MapDelta(
+        number=number,
+        resolution_m=res,
+        lattice_x=x,
+        lattice_y=y,
+        rows=rows,
+        cols=cols,
+        cells=pack_cells(log_odds.astype(np.float32)),
+    )
+
+
+def snapshot(number: int, log_odds: np.ndarray, x: float = 0.0, y: float = 0.0) -> MapSnapshot:
+    rows, cols = log_odds.shape
+    return MapSnapshot(
+        number=number,
+        resolution_m=RESOLUTION,
+        origin_x_m=x,
+        origin_y_m=y,
+        rows=rows,
+        cols=cols,
+        cells=pack_cells(log_odds.astype(np.float32)),
+    )
+
+
+def check(held: PlanningMap) -> None:
+    """All derived grids follow from the cells."""
+    assert held.cells.shape == held.classes.shape == held.geometry.shape
+    log_odds = held.cells / 20.0
+    assert np.array_equal(held.classes == OBSTACLE, log_odds > np.log(0.65 / 0.35))
+    assert np.array_equal(held.classes == CLEAR, log_odds < np.log(0.35 / 0.65))
+    clearance = truncated_distance(held.classes == OBSTACLE, RESOLUTION, 0.5)
+    assert np.array_equal(held.clearance, clearance)
+    fresh = held._weights_of(held.classes, held.clearance)
+    assert np.array_equal(held.weights, fresh)
+
+
+def hall() -> np.ndarray:
+    log_odds = np.full((20, 30), -3.0)
+    log_odds[[0, -1]] = 3.0
+    log_odds[:, [0, -1]] = 3.0
+    return log_odds
+
+
+def test_the_map_begins_empty() -> None:
+    held = empty()
+    assert held.number == 0
+    assert (held.classes == UNKNOWN).all() and not held.weights.any()
+    assert held.clearance_at(50.0, 50.0) == 0.0
+
+
+def test_a_snapshot_is_taken_over() -> None:
+    held = empty()
+    assert held.apply_snapshot(snapshot(5, hall(), -1.0, 2.0)) == CellBox(0, 0, 20, 30)
+    assert held.number == 5
+    assert held.geometry.origin_x == pytest.approx(-1.0)
+    check(held)
+    assert held.clearance_at(0.0, 3.0) == pytest.approx(0.5)
+    assert held.weights[10, 15] > 0 and held.weights[1, 1] == 0
+
+
+def test_old_news_is_ignored() -> None:
+    held = empty()
+    held.apply_snapshot(snapshot(5, hall()))
+    for number in (1, 5):
+        assert held.apply_snapshot(snapshot(number, np.zeros((3, 3)))).empty
+        box = held.apply_delta(delta(number, np.full((2, 2), 3.0), 5, 5))
+        assert box is not None and box.empty
+    assert held.geometry.shape == (20, 30) and held.number == 5
+
+
+def test_a_gap_is_told() -> None:
+    held = empty()
+    assert held.apply_delta(delta(2, hall())) is None
+    held.apply_snapshot(snapshot(5, hall()))
+    assert held.apply_delta(delta(7, hall())) is None
+    assert held.apply_delta(delta(6, hall(), res=0.2)) is None
+    assert held.apply_delta(delta(6, np.full((1, 1), 3.0), 10, 5)) == CellBox(5, 10, 6, 11)
+    assert held.number == 6
+    check(held)
+
+
+def test_the_first_delta_brings_its_resolution_and_the_map_grows() -> None:
+    held = empty()
+    assert held.apply_delta(delta(1, hall(), -40, -50, res=0.2)) is not None
+    assert held.geometry.resolution == 0.2
+    x, y = held.geometry.origin_x, held.geometry.origin_y
+    iy, ix = held.geometry.cell_at(-40 * 0.2 + 0.1, -50 * 0.2 + 0.1)
+    assert x <= -8.0 and y <= -10.0
+    assert held.classes[iy, ix] == OBSTACLE and held.classes[iy + 1, ix + 1] == CLEAR
+
+
+def test_a_delta_beyond_all_reach_is_not_followed() -> None:
+    held = empty()
+    held.apply_snapshot(snapshot(1, hall()))
+    assert held.apply_delta(delta(2, hall(), 10**7, 0)) is None
+
+
+def test_damaged_bytes_change_nothing() -> None:
+    held = empty()
+    held.apply_snapshot(snapshot(1, hall()))
+    bad = delta(2, hall()).model_copy(update={"cells": np.zeros(5, dtype=np.uint8)})
+    with pytest.raises(ValueError):
+        held.apply_delta(bad)
+    assert held.number == 1
+    check(held)
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(-15, 40),
+            st.integers(-15, 40),
+            st.integers(1, 12),
+            st.integers(1, 12),
+            st.sampled_from([-3.0, 0.0, 3.0]),
+        ),
+        min_size=1,
+        max_size=5,
+    )
+)
+@settings(max_examples=15, deadline=None)
+def test_deltas_keep_everything_in_step(changes: list[tuple[int, int, int, int, float]]) -> None:
+    held = empty()
+    held.apply_snapshot(snapshot(1, hall()))
+    for k, (x, y, rows, cols, value) in enumerate(changes):
+        box = held.apply_delta(delta(2 + k, np.full((rows, cols), value), x, y))
+        assert box is not None
+        assert (held.cells[box.slices] == round(20 * value)).all()
+        corner = held.geometry.centre_of(box.iy0, box.ix0)
+        assert corner == pytest.approx(((x + 0.5) * 0.1, (y + 0.5) * 0.1))
+    check(held)
