@@ -26,8 +26,8 @@ $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	  echo "this project needs Python 3.11 or newer: make setup PYTHON=/path/to/python3.11" >&2; exit 2; }
 	@test -x $(BIN)/pip || { rm -rf .venv; \
-	  $(PYTHON) -m venv .venv 2>/dev/null || { rm -rf .venv; \
-	  $(PYTHON) -m virtualenv --quiet .venv 2>/dev/null; } || { rm -rf .venv; \
+	  $(PYTHON) -m venv .venv >/dev/null 2>&1 || { rm -rf .venv; \
+	  $(PYTHON) -m virtualenv .venv >/dev/null 2>&1; } || { rm -rf .venv; \
 	  echo "cannot make .venv: run  sudo apt-get install python3-venv  and try again" >&2; exit 2; }; }
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
 	@touch $@

@@ -11,19 +11,19 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from pydantic.fields import FieldInfo  # noqa: E402
-from pydantic_core import PydanticUndefined  # noqa: E402
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
 
-from mapping.geometry import Pose2  # noqa: E402
-from protocol import messages, world_messages  # noqa: E402
-from protocol.body import Body, Drive, Lidar  # noqa: E402
-from protocol.codec import (  # noqa: E402
+from mapping.geometry import Pose2
+from protocol import messages, world_messages
+from protocol.body import Body, Drive, Lidar
+from protocol.codec import (
     MAX_BODY_BYTES,
     MAX_FRAME_BYTES,
     MAX_HEADER_BYTES,
     MAX_PARTS,
 )
-from protocol.fields import ArrayField  # noqa: E402
+from protocol.fields import ArrayField
 
 PAGE = Path(__file__).parent / "messages.md"
 
@@ -31,12 +31,12 @@ _HEAD = """# Messages
 
 Generated from `protocol/` by `python docs/generate_messages.py`; do not edit.
 
-Protocol version {major}.{minor}. A frame is `[header, body, array, ...]`: at most {parts} parts and
-{frame} bytes. The header (msgpack, at most {head} bytes) is the list `[[major, minor], type, source,
-to, sequence, stamp_s, acknowledged]`. The body (msgpack, at most {body} bytes) is a map of the fields;
-its key `~` lists `[field, dtype, shape]` of the arrays, whose raw little-endian bytes follow in that
-order. Minor versions only add: unknown fields are ignored, unknown types counted and dropped. Another
-major is refused.
+Protocol version {major}.{minor}. A frame is `[header, body, array, ...]`: at most {parts} parts
+and {frame} bytes. The header (msgpack, at most {head} bytes) is the list
+`[[major, minor], type, source, to, sequence, stamp_s, acknowledged]`. The body (msgpack, at most
+{body} bytes) is a map of the fields; its key `~` lists `[field, dtype, shape]` of the arrays, whose
+raw little-endian bytes follow in that order. Minor versions only add: unknown fields are ignored,
+unknown types counted and dropped. Another major is refused.
 
 Names are 1 to 32 of `A-Z a-z 0-9 - _ .`; `to` may also be `*`, every robot in reach. A pose is
 `[x, y, theta]` in metres and radians. Every number is finite.
@@ -73,7 +73,9 @@ def _section(model: Any, title: str) -> str:
     lines = [f"### {title}\n", inspect.getdoc(model) or "", ""]
     if fields:
         lines += ["| field | is | default |", "|---|---|---|"]
-        lines += [f"| `{name}` | {_kind(field)} | {_default(field)} |" for name, field in fields.items()]
+        lines += [
+            f"| `{name}` | {_kind(field)} | {_default(field)} |" for name, field in fields.items()
+        ]
         lines.append("")
     return "\n".join(lines)
 
@@ -99,7 +101,9 @@ def _kind(field: FieldInfo) -> str:
 def _words(kind: Any, metadata: list[Any]) -> str:
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin is typing.Annotated:
-        inner = [m for a in arguments[1:] for m in (a.metadata if isinstance(a, FieldInfo) else [a])]
+        inner = [
+            m for a in arguments[1:] for m in (a.metadata if isinstance(a, FieldInfo) else [a])
+        ]
         return _words(arguments[0], inner)
     if origin in (typing.Union, types.UnionType):
         return " or ".join(_words(argument, []) for argument in arguments)
@@ -123,7 +127,9 @@ def _limits(metadata: list[Any]) -> str:
         for key, sign in signs.items()
         if getattr(meta, key, None) is not None
     ]
-    named = any(getattr(getattr(meta, "func", None), "__name__", "") == "_name" for meta in metadata)
+    named = any(
+        getattr(getattr(meta, "func", None), "__name__", "") == "_name" for meta in metadata
+    )
     return (", a name" if named else "") + "".join(f", {bound}" for bound in bounds)
 
 

@@ -7,6 +7,7 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
+from pydantic import ValidationError
 
 from coordination.strategy import StrategyError, load_strategy
 from expedition.team import TeamSettings, UsageError, pose_of_start
@@ -93,6 +94,13 @@ def check_strategy(team: TeamSettings) -> None:
     try:
         load_strategy(team.mission.strategy, team.strategy)
     except StrategyError as error:
+        if isinstance(error.__cause__, ValidationError):
+            first = error.__cause__.errors()[0]
+            key = ".".join(str(part) for part in ("strategy", *first["loc"]))
+            raise UsageError(
+                f"strategy '{team.mission.strategy}' does not take these settings: "
+                f"{key}: {first['msg']}"
+            ) from None
         raise UsageError(str(error)) from None
 
 

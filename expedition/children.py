@@ -1,7 +1,7 @@
 """A team as processes of this machine: started, watched, and never left behind.
 
-The processes are forked from one that has compiled and loaded everything, so that they start at once
-and share memory. Nothing of ZeroMQ, no thread and no event loop exists here before they are forked.
+The processes are forked from one that has compiled and loaded everything, so that they start at
+once and share memory. No socket, thread or event loop may be open here when they are forked.
 """
 
 from __future__ import annotations
@@ -94,8 +94,8 @@ class Children:
     def _start_all(self, realtime: bool) -> None:
         """Start the world, then all who join it.
 
-        Nobody needs to know the world's port, so any free one does; operators look for the server at
-        its usual port, and are told when that is taken. A port that was asked for is taken or none.
+        Nobody needs to know the world's port, so any free one does; operators look for the server
+        at its usual port, and are told when that is taken. A port that was asked for is a must.
         """
         network = self._team.network
         at, asked = f"tcp://{network.address}:", network.model_fields_set
@@ -141,8 +141,12 @@ class Children:
     def _watch(self, keep_going: Callable[[], bool]) -> bool:
         """Hear the processes until world and server are through; return whether interrupted."""
         while self._alive(cast.WORLD_NAME):
-            here = {c.pipe: c for c in self._children.values() if c.name not in self._gone_names}
-            for pipe in wait(list(here), timeout=0.1):
+            here: dict[object, _Child] = {
+                child.pipe: child
+                for child in self._children.values()
+                if child.name not in self._gone_names
+            }
+            for pipe in wait([child.pipe for child in here.values()], timeout=0.1):
                 self._hear(here[pipe], 0.0)
             if not keep_going():
                 return True
@@ -206,6 +210,9 @@ class Children:
         if world is not None and world.process.is_alive():
             world.process.terminate()
             self._drain(world, patience)
+        if self._failed:  # nobody is left to tell the others that it is over
+            for child in self._children.values():
+                child.process.terminate()
         deadline = time.monotonic() + patience
         for child in self._children.values():
             self._drain(child, max(deadline - time.monotonic(), 0.0))

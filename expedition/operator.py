@@ -35,6 +35,7 @@ class Operator:
         self._endpoint = endpoint
         self._patience = patience
         self._name = f"operator-{os.getpid():x}"
+        self._incarnation = time.time_ns() // 1000  # the server tells each connection by it
         self._sequence = 0
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.DEALER)
@@ -84,7 +85,7 @@ class Operator:
         Raises:
             NoServerError: no answer came.
         """
-        self._send(Hello(role="operator", incarnation=os.getpid()))
+        self._send(Hello(role="operator", incarnation=self._incarnation))
         return self._reply(Welcome).now_s
 
     def drive(
@@ -92,8 +93,8 @@ class Operator:
     ) -> Answer:
         """Drive a robot by hand and halt it; return the last answer.
 
-        A robot halts when no fresh word comes in time, so the word is said over and over; the server
-        answers once an instant, which sets the pace.
+        A robot halts when no fresh word comes in time, so the word is said over and over; the
+        server answers once an instant, which sets the pace.
 
         Args:
             robot: its name.

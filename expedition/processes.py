@@ -1,7 +1,7 @@
 """The three processes of a team from the inside: carry a core, save what it knows at the end.
 
-`expedition.children` forks them all on this machine; `expedition world`, `server` and `agent` run one
-of them each. Each saves its part of the run's record in the parts folder, whatever ends it.
+`expedition.children` forks them all on this machine; `expedition world`, `server` and `agent` run
+one of them each. World and server save their part of the run's record, whatever ends them.
 """
 
 from __future__ import annotations
@@ -75,9 +75,7 @@ def play_world(
         save_record_part(parts, "1-world", collect.world_part(core, stage, team))
 
 
-def serve(
-    team: TeamSettings, parts: Path, world: str, endpoints: Sequence[str], ties: Ties
-) -> str:
+def serve(team: TeamSettings, parts: Path, world: str, endpoints: Sequence[str], ties: Ties) -> str:
     """Be the server until the mission is over; return why it ended.
 
     Args:

@@ -282,7 +282,7 @@ def _bounds(
                 oy, ox = by * BLOCK - steps, bx * BLOCK - steps
                 score = 0
                 for i in range(cells.shape[1]):
-                    score += coarse[cells[t, i, 0], cells[t, i, 1] + oy, cells[t, i, 2] + ox]
+                    score += int(coarse[cells[t, i, 0], cells[t, i, 1] + oy, cells[t, i, 2] + ox])
                 bounds[b] = unit * score + _prior_bound(
                     information, ox * resolution, oy * resolution, dt, (BLOCK - 1) * resolution
                 )
@@ -308,7 +308,7 @@ def _best_of_block(
         for ox in range(bx * BLOCK - steps, min((bx + 1) * BLOCK - steps, steps + 1)):
             score = 0
             for i in range(cells.shape[0]):
-                score += image[cells[i, 0], cells[i, 1] + oy, cells[i, 2] + ox]
+                score += int(image[cells[i, 0], cells[i, 1] + oy, cells[i, 2] + ox])
             dx, dy = ox * resolution, oy * resolution
             value = unit * score + _log_prior(information, dx, dy, dt)
             if value > best:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from mapping.compiled import compiled
 from mapping.geometry import Floats
-from mapping.perceptual_model import accumulate_information, accumulate_likelihood
+from mapping.perceptual_model import accumulate_information, accumulate_likelihood, best_trust
 
 
 @compiled
@@ -191,6 +191,7 @@ def climb(
         many end points are known and explained there.
     """
     sigma, outlier, beam_weight = perception
+    beam_weight /= best_trust(points, prior, closest, surfels, lattice)
     converged, total, value = True, 0, 0.0
     for widening in widenings:
         converged, steps, value = ascend(

@@ -3,11 +3,13 @@
 "It is unlikely to receive sensor readings where previous scans saw free space." For one end point p
 whose closest wall is the surfel (m, A):
 
-    log p(p) = log((1 - e) exp(-(p - m)' A (p - m) / (2 sigma^2)) + e)
+    log p(p) = log e + t log((1 - e) exp(-(p - m)' A (p - m) / (2 sigma^2)) / e + 1)
 
 A is n n' on a straight wall, so only the distance to the wall's line counts, and the identity at a
-lone post. Far from all walls the value is flat at log e: teammates, moved things and rooms never
-seen do not pull. The function is differentiable in the pose; gradient and Hessian are analytic.
+lone post. The trust t in the surfel is below one while only few scans have seen it: those share the
+errors of their poses, and the new must not drag the old along. Far from all walls the value is flat
+at log e: teammates, moved things and rooms never seen do not pull. The function is differentiable
+in the pose; gradient and Hessian are analytic.
 
 Source: Simmons et al. 2000, section "Coordinated Mapping", Figure 2; the outlier mixture follows
 Thrun, Burgard & Fox 2005, section 6.4.
@@ -137,9 +139,10 @@ def accumulate_likelihood(
         ux, uy = axx * ex + axy * ey, axy * ex + ayy * ey
         near = (1.0 - outlier) * math.exp(-0.5 * inverse * (ex * ux + ey * uy))
         density = near + outlier
-        value += math.log(density)
+        trust = surfels[k, 5]
+        value += flat + trust * (math.log(density) - flat)
         share = near / density
-        pull = share * inverse
+        pull = trust * share * inverse
         bend = pull * inverse * (1.0 - share)
         # Derivative of the end point by theta is (-ry, rx), the second one (-rx, -ry).
         ut = -ry * ux + rx * uy
@@ -214,7 +217,7 @@ def accumulate_information(
             known += 1
             explained += 1
             near = (1.0 - outlier) * math.exp(-0.5 * q)
-            pull = near / (near + outlier) * inverse
+            pull = surfels[k, 5] * near / (near + outlier) * inverse
             axt, ayt = -ry * axx + rx * axy, -ry * axy + rx * ayy
             information[0, 0] += pull * axx
             information[0, 1] += pull * axy
@@ -228,3 +231,32 @@ def accumulate_information(
     information[2, 0] = information[0, 2]
     information[2, 1] = information[1, 2]
     return known, explained
+
+
+@compiled
+def best_trust(
+    points: Floats,
+    pose: tuple[float, float, float],
+    closest: npt.NDArray[np.int32],
+    surfels: Floats,
+    lattice: tuple[float, float, float],
+) -> float:
+    """Return the most trusted among the walls around the end points; 1 if there is none.
+
+    Weights count by comparison: where all walls in view are young, they are all there is to go by.
+    """
+    _, rows, cols = closest.shape
+    px, py, theta = pose
+    c, s = math.cos(theta), math.sin(theta)
+    best = 0.0
+    for i in range(points.shape[0]):
+        fx = (px + c * points[i, 0] - s * points[i, 1] - lattice[0]) / lattice[2]
+        fy = (py + s * points[i, 0] + c * points[i, 1] - lattice[1]) / lattice[2]
+        if 0.0 <= fx < cols and 0.0 <= fy < rows:
+            layer = layer_of(
+                c * points[i, 2] - s * points[i, 3], s * points[i, 2] + c * points[i, 3]
+            )
+            k = closest[layer, int(fy), int(fx)]
+            if k >= 0:
+                best = max(best, surfels[k, 5])
+    return best if best > 0.0 else 1.0

@@ -31,7 +31,9 @@ class IntegrationSettings:
             cell, so that range noise does not eat the wall, yet the cell in front of it is cleared.
         fill_between: whether the space between two neighbouring beams counts as seen as far as the
             shorter one, so that a few scans leave no comb of unseen cells far out. Cells that
-            count as occupied are neither cleared nor passed that way.
+            count as occupied are neither cleared nor passed that way. And two neighbouring end
+            points within `surface_gap` are taken to lie on one surface, without holes.
+        surface_gap: see `fill_between` [m]; less than any opening a robot could pass.
     """
 
     hit: float = 0.9
@@ -40,6 +42,7 @@ class IntegrationSettings:
     highest: float = 4.0
     clear_margin: float = 0.05
     fill_between: bool = False
+    surface_gap: float = 0.3
 
 
 def beam_ends(scan: LaserScan, T_map_base: Pose2) -> tuple[Floats, npt.NDArray[np.bool_]]:
@@ -154,6 +157,7 @@ def integrate_scan(
         (settings.hit, settings.miss, settings.lowest, settings.highest),
         settings.clear_margin,
         keep_above,
+        settings.surface_gap if settings.fill_between else 0.0,
     )
     return box
 
@@ -171,6 +175,7 @@ def _integrate(
     weights: tuple[float, float, float, float],
     margin: float,
     keep_above: float,
+    surface_gap: float,
 ) -> None:
     """Update the cells of one scan: first all hits, then the beams' misses on cells not yet seen.
 
@@ -191,6 +196,17 @@ def _integrate(
             if iy0 <= iy < iy1 and ix0 <= ix < ix1 and seen[iy - iy0, ix - ix0] == 0:
                 seen[iy - iy0, ix - ix0] = 1
                 log_odds[iy, ix] = min(np.float32(highest), log_odds[iy, ix] + np.float32(hit))
+    for i in range(ends.shape[0] - 1):
+        dx, dy = ends[i + 1, 0] - ends[i, 0], ends[i + 1, 1] - ends[i, 1]
+        gap = math.sqrt(dx * dx + dy * dy)
+        if hits[i] and hits[i + 1] and resolution < gap <= surface_gap:
+            pieces = math.ceil(2.0 * gap / resolution)
+            for j in range(1, pieces):
+                iy = math.floor((ends[i, 1] + dy * j / pieces - origin_y) / resolution)
+                ix = math.floor((ends[i, 0] + dx * j / pieces - origin_x) / resolution)
+                if iy0 <= iy < iy1 and ix0 <= ix < ix1 and seen[iy - iy0, ix - ix0] == 0:
+                    seen[iy - iy0, ix - ix0] = 1
+                    log_odds[iy, ix] = min(np.float32(highest), log_odds[iy, ix] + np.float32(hit))
     for i in range(ends.shape[0]):
         _clear_beam(
             log_odds,

@@ -80,7 +80,7 @@ class SurfaceMap:
         cells: (capacity, 3) int32, their layers and cells (layer, iy, ix).
         sums: (capacity, 4), weight and weighted sums of x, y of the end points [m], map frame, and
             the number of the scan that the first of them came with.
-        surfels: (capacity, 5), point (x, y) [m] and matrix (a_xx, a_xy, a_yy), see
+        surfels: (capacity, 6), point (x, y) [m], matrix (a_xx, a_xy, a_yy) and trust, see
             `perceptual_model`.
         occupied: (capacity,) bool, whether the cell is part of a wall now.
     """
@@ -97,7 +97,7 @@ class SurfaceMap:
         self.scans = 0
         self.cells: Ids = np.zeros((256, 3), dtype=np.int32)
         self.sums: Floats = np.zeros((256, 4))
-        self.surfels: Floats = np.zeros((256, 5))
+        self.surfels: Floats = np.zeros((256, 6))
         self.occupied: npt.NDArray[np.bool_] = np.zeros(256, dtype=np.bool_)
 
     def grow(self, padding: Padding) -> None:
@@ -314,6 +314,7 @@ def _fit_surfel(
     surfels[k, 1] = y0 + (1.0 - blob) * my
     seen = min(n, now - first + 1.0)
     trust = seen / (seen + doubt)
-    surfels[k, 2] = trust * (nx * nx + blob * ny * ny)
-    surfels[k, 3] = trust * (nx * ny * (1.0 - blob))
-    surfels[k, 4] = trust * (ny * ny + blob * nx * nx)
+    surfels[k, 2] = nx * nx + blob * ny * ny
+    surfels[k, 3] = nx * ny * (1.0 - blob)
+    surfels[k, 4] = ny * ny + blob * nx * nx
+    surfels[k, 5] = trust

@@ -66,16 +66,15 @@ class Body(_Part):
     drive: Drive = Drive()
 
 
-def _known(model: type[BaseModel], value: Any) -> Any:
+def _known(model: Any, value: Any) -> Any:
     """Return a table with only the keys that `model` has, also in the tables within."""
     if not isinstance(value, dict):
         return value
     kept = {}
     for key, field in model.model_fields.items():
         if key in value:
-            inner = field.annotation
-            nested = isinstance(inner, type) and issubclass(inner, BaseModel)
-            kept[key] = _known(inner, value[key]) if nested and inner else value[key]
+            nested = isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)
+            kept[key] = _known(field.annotation, value[key]) if nested else value[key]
     return kept
 
 

@@ -192,9 +192,7 @@ class Stage:
     async def _send_to(self, name: str, message: list[bytes]) -> None:
         """Send a member something; notice when it is gone."""
         try:
-            await self._socket.send_multipart(
-                [self._routes[name], *message], flags=zmq.DONTWAIT
-            )
+            await self._socket.send_multipart([self._routes[name], *message], flags=zmq.DONTWAIT)
         except zmq.ZMQError:
             self._on_note(
                 Note("warning", f"{name} is gone: its process ended or cannot be reached")

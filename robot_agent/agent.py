@@ -21,6 +21,7 @@ from protocol.world_messages import BodyFrame, Join, Joined, JoinRefused, Motion
 from robot_agent.explorer import Explorer
 from robot_agent.local_mapping import LocalMapping
 from robot_agent.navigation import Navigator
+from robot_agent.novelty import unseen_area
 from robot_agent.planning_map import PlanningMap
 from robot_agent.settings import RobotSettings
 from robot_agent.task_work import TaskWork
@@ -146,8 +147,12 @@ class Agent:
         effects = self._look_around(message) or self._drive(message, now)
         if not self._welcome:
             return effects
+
+        def news(scan: LaserScan) -> float:
+            return unseen_area(planning_map, scan, self._T_map_odom @ mapping.T_odom_base)
+
         arrived = any(isinstance(word, words.TaskEnd) for word in self._news)
-        if (len(message.ranges) and mapping.report_due(self._aligned)) or (
+        if (len(message.ranges) and mapping.report_due(self._aligned, news)) or (
             arrived and mapping.has_news
         ):
             effects.append(Send("radio", SERVER, mapping.report()))

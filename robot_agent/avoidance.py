@@ -17,6 +17,11 @@ from mapping.geometry import Floats
 SAME_SURFACE = 0.12
 # How far the check moves along an arc from one look to the next [m].
 ARC_STEP = 0.04
+# When arcs are compared, what they pass within the first steps is the same for all.
+UNAVOIDABLE = 3
+# Nearer than this to what is seen, beyond `reach`, an arc is the worse [m], and by how much [m/m].
+COMFORT = 0.06
+CLOSENESS_COST = 3.0
 # What is nearer than wanted already must not come nearer still, but for this much [m].
 ESCAPE_SLACK = 0.004
 # A body that is predicted to come is looked for at the time the arc gets there; a robot that
@@ -58,6 +63,7 @@ def free_way(
     curvature: float,
     speed: float,
     watch: float,
+    skip: int,
 ) -> tuple[float, float, bool]:
     """Return how far the robot can drive along an arc.
 
@@ -69,6 +75,8 @@ def free_way(
         curvature: of the arc [1/m], positive to the left.
         speed: at which the arc would be driven [m/s].
         watch: how far to look [m].
+        skip: for so many steps of the arc, and where the robot is, the distance to points is not
+            counted; 0 counts all.
 
     Returns:
         The free length [m], at most `watch`; the least distance [m] from the centre to any point
@@ -83,7 +91,8 @@ def free_way(
         if d2 < horizon * horizon:
             near[count] = k
             count += 1
-            nearest = min(nearest, d2)
+            if skip == 0:
+                nearest = min(nearest, d2)
     pace = max(speed, SLOWEST_FOR_TIME)
     steps = math.ceil(watch / ARC_STEP)
     for step in range(1, steps + 1):
@@ -108,7 +117,8 @@ def free_way(
                 now_away = math.sqrt(px * px + py * py)
                 if now_away >= reach or math.sqrt(d2) < now_away - ESCAPE_SLACK:
                     return length - ARC_STEP, math.sqrt(nearest), False
-            nearest = min(nearest, d2)
+            if step > skip:
+                nearest = min(nearest, d2)
     return watch, math.sqrt(nearest), False
 
 
@@ -123,13 +133,16 @@ def best_curvature(
     target_x: float,
     target_y: float,
 ) -> tuple[float, float]:
-    """Return the arc that leads nearest to a target on a free way, and how near it gets.
+    """Return the arc that leads best to a target on a free way, and how near it gets.
+
+    An arc is the better the nearer it leads to the target, and the farther from what is seen up to
+    a comfortable distance: in a narrow place that draws the robot to the middle.
 
     Args:
         points_base: (n, 2) [m], base frame.
         reach: as in `free_way` [m].
         bodies: (m, 5), as in `free_way`.
-        curvatures: (k,) [1/m], the arcs to choose from.
+        curvatures: (k,) [1/m], the arcs to choose from; of equally good ones the first.
         speed: at which they would be driven [m/s].
         watch: how far to look [m].
         target_x: where to [m], base frame.
@@ -140,19 +153,23 @@ def best_curvature(
         it; no arc that can be driven for less than two steps is chosen, and if none is left the
         distance is that from where the robot stands.
     """
-    chosen, least = 0.0, math.hypot(target_x, target_y)
+    chosen, least_left, least = 0.0, math.hypot(target_x, target_y), 1e9
     for k in range(len(curvatures)):
         curvature = curvatures[k]
-        length, _, _ = free_way(points_base, reach, bodies, curvature, speed, watch)
+        length, nearest, _ = free_way(
+            points_base, reach, bodies, curvature, speed, watch, UNAVOIDABLE
+        )
         if length < 2.0 * ARC_STEP:
             continue
+        left = 1e9
         for step in range(1, math.ceil(length / ARC_STEP) + 1):
             turned = curvature * step * ARC_STEP
             if abs(turned) < 1e-6:
                 x, y = step * ARC_STEP, 0.0
             else:
                 x, y = math.sin(turned) / curvature, (1.0 - math.cos(turned)) / curvature
-            away = math.hypot(target_x - x, target_y - y)
-            if away < least:
-                chosen, least = curvature, away
-    return chosen, least
+            left = min(left, math.hypot(target_x - x, target_y - y))
+        cost = left + CLOSENESS_COST * max(reach + COMFORT - nearest, 0.0)
+        if cost < least:
+            chosen, least_left, least = curvature, left, cost
+    return chosen, least_left

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -71,13 +72,20 @@ class LocalMapping:
         pose = self.T_odom_base
         self._track.append((scan.stamp, pose.x, pose.y, pose.theta))
 
-    def report_due(self, aligned: bool) -> bool:
-        """Whether the last scan is to be reported; a robot at rest has nothing new to tell."""
+    def report_due(self, aligned: bool, news: Callable[[LaserScan], float]) -> bool:
+        """Whether the last scan is to be reported; a robot at rest has nothing new to tell.
+
+        Args:
+            aligned: whether the server has placed the robot in its map.
+            news: tells how much [m2] a scan shows that the team's map does not have.
+        """
         last = self._T_odom_reported
         if last is None:
             return self.scan is not None
         if self._since_report < self._settings.report_every:
-            return False
+            early = aligned and self._since_report >= self._settings.news_every
+            if not early or self.scan is None or news(self.scan) < self._settings.news_m2:
+                return False
         moved = self.T_odom_base.distance_to(last)
         turned = abs(wrap_angle(self.T_odom_base.theta - last.theta))
         settings = self._settings

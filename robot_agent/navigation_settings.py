@@ -69,8 +69,7 @@ class RightOfWaySettings(_Settings):
     gap_waiting_m: Positive = 0.22
     horizon_m: Positive = 8.0
     time_apart_s: Positive = 3.0
-    detour_factor: Annotated[float, Field(ge=1.0)] = 1.4
-    detour_m: NotNegative = 2.5
+    detour_m: NotNegative = 6.0
     assess_period_s: Positive = 0.4
     jammed_after_s: Positive = 6.0
     forget_after_s: Positive = 4.0

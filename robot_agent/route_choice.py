@@ -104,12 +104,7 @@ class RouteChoice:
             return Choice(direct, stop_at, True, to_go, reachable)
         if direct is not None:
             around = self._around(situation, planning_map, rivals)
-            most = self._settings.detour_factor * direct.cost + self._settings.detour_m
-            if (
-                around is not None
-                and around.cost <= most
-                and not self.rivals(now, situation, around.path.points_map)
-            ):
+            if around is not None and not self.rivals(now, situation, around.path.points_map):
                 return Choice(around, math.inf, False, around.path.length, True)
         route, stop_at = self._out_of_the_way(situation, planning_map, rivals, direct)
         return Choice(route, stop_at, True, to_go, reachable)
@@ -143,13 +138,17 @@ class RouteChoice:
         return None
 
     def _to_goal(
-        self, situation: Situation, planning_map: PlanningMap, keep_out: Sequence[Discs]
+        self,
+        situation: Situation,
+        planning_map: PlanningMap,
+        keep_out: Sequence[Discs],
+        detour: float = math.inf,
     ) -> Route | None:
-        """Return the route to the goal that keeps out of some discs."""
+        """Return the route to the goal that keeps out of some discs, not much longer [m]."""
         if self._destination is None:
             return None
         return route_to_goal(
-            planning_map, situation.here_map, self._destination, self._radius, keep_out
+            planning_map, situation.here_map, self._destination, self._radius, keep_out, detour
         )
 
     def _standing(self, situation: Situation, silent_only: bool = False) -> list[Discs]:
@@ -172,7 +171,7 @@ class RouteChoice:
             reach = self._radius + rival.sighting.teammate.radius + self._settings.gap_m
             claimed = _first_metres(rival.sighting.path_map, rival.theirs + _BEYOND_MEETING)
             keep_out.append(Discs(claimed, reach + 0.05))
-        return self._to_goal(situation, planning_map, keep_out)
+        return self._to_goal(situation, planning_map, keep_out, self._settings.detour_m)
 
     def _out_of_the_way(
         self,

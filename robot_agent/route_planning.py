@@ -23,6 +23,7 @@ from robot_agent.path_following import SPACING, DrivenPath, evenly_spaced
 from robot_agent.planning_map import PlanningMap
 from robot_agent.route_search import (
     NO_ESTIMATE,
+    NO_LIMIT,
     Units,
     Weights,
     search_way,
@@ -114,6 +115,7 @@ def route_to_goal(
     destination: Destination,
     body_radius: float,
     keep_out: Sequence[Discs],
+    detour: float = math.inf,
 ) -> Route | None:
     """Return the best route to a goal, None if there is none.
 
@@ -123,11 +125,15 @@ def route_to_goal(
         destination: where to, made for a map of the same extent.
         body_radius: of the robot [m].
         keep_out: what to avoid besides the map's obstacles.
+        detour: how much longer than without `keep_out` it may be, as metres in the open.
     """
     start = planning_map.geometry.cell_at(*here_map)
     weights = _weights_with(planning_map, start, body_radius, keep_out)
     target = _places(planning_map, weights, destination.goal_map, destination.tolerance)
-    return _route(planning_map, weights, here_map, start, target, destination.to_go)
+    units = NO_LIMIT
+    if detour < math.inf:
+        units = math.ceil(detour * STRAIGHT_STEP / planning_map.geometry.resolution)
+    return _route(planning_map, weights, here_map, start, target, destination.to_go, units)
 
 
 def route_out_of_the_way(
@@ -184,9 +190,10 @@ def _route(
     start: tuple[int, int],
     target: Weights,
     to_go: Units,
+    detour: int = NO_LIMIT,
 ) -> Route | None:
     """Search, and make a smooth path of the cells found."""
-    cells, units = search_way(weights, start, target, to_go)
+    cells, units = search_way(weights, start, target, to_go, detour)
     if len(cells) == 0:
         return None
     geometry = planning_map.geometry
@@ -201,7 +208,6 @@ def _route(
         geometry.resolution,
         _RELAXATIONS,
     )
-    points = evenly_spaced(points, SPACING)
     gaps = _looked_up(planning_map.clearance, geometry.cells_at(points))
     cost = units * geometry.resolution / STRAIGHT_STEP
     return Route(DrivenPath(points, gaps), cost)

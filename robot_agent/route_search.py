@@ -26,11 +26,16 @@ _BUCKETS = 256
 Weights = npt.NDArray[np.uint8]
 Units = npt.NDArray[np.int32]
 
+NO_LIMIT = int(UNREACHED)
 NO_ESTIMATE: Units = np.empty((0, 0), dtype=np.int32)
 
 
 def search_way(
-    weights: Weights, start_cell: tuple[int, int], target: Weights, to_go: Units
+    weights: Weights,
+    start_cell: tuple[int, int],
+    target: Weights,
+    to_go: Units,
+    detour: int = NO_LIMIT,
 ) -> tuple[Cells, int]:
     """Return the cheapest way from the start to any target cell.
 
@@ -41,6 +46,7 @@ def search_way(
         to_go: (rows, cols) int32, estimate of what is left from each cell, `UNREACHED` where none
             is known; `NO_ESTIMATE` to search in all directions alike. Where it says too much, the
             way found may be a little dearer than the cheapest.
+        detour: give up when the way gets so many units dearer than estimated.
 
     Returns:
         The cells (n, 2) of the way, start first, and its cost in units of `CostField`; no cells
@@ -57,7 +63,7 @@ def search_way(
         cells = path_to(CostField(to_go, 1.0), start_cell)[::-1]
         if len(cells) and target[tuple(cells[-1])] and weights[tuple(cells[1:].T)].all():
             return cells, int(to_go[iy, ix])
-    best, end_iy, end_ix = _drawn_wave(weights, iy, ix, target, to_go)
+    best, end_iy, end_ix = _drawn_wave(weights, iy, ix, target, to_go, detour)
     if end_iy < 0:
         return np.empty((0, 2), dtype=np.int64), 0
     return path_to(CostField(best, 1.0), (end_iy, end_ix)), int(best[end_iy, end_ix])
@@ -65,7 +71,12 @@ def search_way(
 
 @compiled
 def _drawn_wave(
-    weights: Weights, start_iy: int, start_ix: int, target: Weights, to_go: Units
+    weights: Weights,
+    start_iy: int,
+    start_ix: int,
+    target: Weights,
+    to_go: Units,
+    detour: int,
 ) -> tuple[Units, int, int]:
     """Return the costs found so far and the target cell met first, (-1, -1) if there is none."""
     rows, cols = weights.shape
@@ -80,7 +91,7 @@ def _drawn_wave(
     if begin == UNREACHED:
         begin = 0
     total, pending = 0, 1
-    while pending > 0:
+    while pending > 0 and total <= detour:
         slot = total & (_BUCKETS - 1)
         if filled[slot] == 0:
             total += 1

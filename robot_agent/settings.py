@@ -18,11 +18,15 @@ class LocalMapSettings(_Settings):
     """How a robot maps and what it reports.
 
     Every `report_every`-th scan goes to the server (Simmons et al. 2000: "a subset of its scans,
-    e.g., every 10th"), unless the robot has not moved since the last one.
+    e.g., every 10th"), unless the robot has not moved since the last one. A scan that shows more
+    than `news_m2` of what the team's map does not have goes at once, but `news_every` scans after
+    the last report at the soonest.
     """
 
     resolution_m: Annotated[float, Field(gt=0.005, le=1.0)] = 0.05
     report_every: Annotated[int, Field(ge=1)] = 10
+    news_m2: Positive = 2.0
+    news_every: Annotated[int, Field(ge=1)] = 3
     report_moved_m: NotNegative = 0.05
     report_turned_deg: NotNegative = 3.0
     resend_period_s: Positive = 1.0
@@ -64,12 +68,14 @@ class ExplorerSettings(_Settings):
 class TaskSettings(_Settings):
     """How a robot works on its tasks.
 
-    At a frontier the robot turns until it faces what is unknown within `look_radius_m`.
+    At a frontier the robot turns until it faces what is left of it within `look_radius_m`; when no
+    frontier of `look_cells_min` cells is left there, on arrival or before, the task is done.
     """
 
     arrive_explore_m: Positive = 0.4
     arrive_visit_m: Positive = 0.15
-    look_radius_m: Positive = 0.8
+    look_radius_m: Positive = 1.0
+    look_cells_min: Annotated[int, Field(ge=1)] = 6
     progress_period_s: Positive = 1.0
     drive_timeout_s: Positive = 1.0
 

@@ -23,8 +23,8 @@ _REACTION = 0.25
 _STANDS = 0.04
 # Another arc is looked for when the one along the path allows less than this share of the speed.
 _HINDERED = 0.8
-# It must allow this much more.
-_FASTER = 1.2
+# It must allow at least this share of what that one does.
+_AS_FAST = 0.9
 # Another arc must get this much nearer to the target than standing still does [m].
 _WORTHWHILE = 0.05
 # What stands this near behind a teammate's rim is taken for the teammate [m].
@@ -131,7 +131,13 @@ class Steering:
         settings = self._settings
         radius = self._body.radius_m
         free, nearest, by_teammate = free_way(
-            points, radius + settings.gap_least_m, bodies, curvature, speed, settings.watch_ahead_m
+            points,
+            radius + settings.gap_least_m,
+            bodies,
+            curvature,
+            speed,
+            settings.watch_ahead_m,
+            0,
         )
         if free < settings.watch_ahead_m:
             # v * reaction + v^2 / (2 a) = free, solved for v.
@@ -157,14 +163,15 @@ class Steering:
         settings = self._settings
         reach = self._body.radius_m + settings.gap_least_m
         x, y = wish.target_base
+        curves = np.concatenate(((curvature,), _CURVES))
         other, left = best_curvature(
-            points, reach, bodies, _CURVES, wish.speed, settings.watch_ahead_m, x, y
+            points, reach, bodies, curves, wish.speed, settings.watch_ahead_m, x, y
         )
         if left > math.hypot(x, y) - _WORTHWHILE:
             return speed, curvature, by_teammate
         limit = self._body.drive.turn_rate_max_rad_s / max(abs(other), 1e-9)
         faster, limited = self._allowed(points, bodies, other, min(wish.speed, limit))
-        if faster < _FASTER * speed:
+        if faster < _AS_FAST * speed:
             return speed, curvature, by_teammate
         return faster, other, limited
 

@@ -8,16 +8,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mapping.frontiers import find_frontiers
 from mapping.geometry import Floats, Pose2
-from mapping.grid import UNKNOWN
 from protocol.body import Body
 from protocol.messages import Award, Message, TaskEnd, TaskProgress
 from robot_agent.navigation import Navigator
 from robot_agent.planning_map import PlanningMap
-from robot_agent.settings import TaskSettings
 from robot_agent.right_of_way import Teammate
+from robot_agent.settings import TaskSettings
 
 _EPSILON = 1e-9
+_NO_PATH = np.zeros((0, 2))
 _VIEW_MARGIN = 0.35  # [rad]; what lies nearer to the edge of the field of view is turned to
 
 
@@ -45,6 +46,8 @@ class TaskWork:
         self._drive = body.drive
         self._half_view = math.radians(0.5 * body.lidar.field_of_view_deg)
         self._looking = False
+        self._looked_at = -1
+        self._frontier: tuple[float, float] | None = None
         self._settings = settings
         self._award: Award | None = None
         self._awarded = -math.inf
@@ -70,6 +73,7 @@ class TaskWork:
             return []  # a late copy of an older award
         self._award, self._awarded = award, now
         self._looking = self._looking and current is not None and current.task == award.task
+        self._looked_at = -1
         if current is not None and current.task == award.task:
             return []
         self._next_progress = now
@@ -117,21 +121,40 @@ class TaskWork:
         award = self._award
         if award is not None and award.kind == "drive":
             return self._by_hand(award, now)
+        if award is not None and award.kind == "explore":
+            if self._explored(award, planning_map):
+                return WorkStep(0.0, 0.0, _NO_PATH, self._end(award, "done", "seen already"))
+            if self._looking:
+                return self._look(award, T_map_base)
         step = self._navigator.step(now, T_map_base, points_base, teammates, bumped, planning_map)
+        if award is not None and award.kind == "explore" and step.status == "arrived":
+            self._looking = True
+            return self._look(award, T_map_base)
         news: list[Message] = []
         if award is not None:
             news = self._news(award, step.status, step.remaining_m, now)
         return WorkStep(step.speed, step.turn_rate, np.asarray(step.path_map), news)
 
-    def _look(self, award: Award, T_map_base: Pose2, planning_map: PlanningMap) -> WorkStep:
+    def _look(self, award: Award, T_map_base: Pose2) -> WorkStep:
         """Turn at a frontier until the lidar faces it, then the task is done."""
-        bearing = bearing_of_unknown(
-            planning_map, T_map_base, award.goal_map, self._settings.look_radius_m
-        )
-        if bearing is None or abs(bearing) < self._half_view - _VIEW_MARGIN:
-            return WorkStep(0.0, 0.0, np.zeros((0, 2)), self._end(award, "done", ""))
+        bearing = 0.0
+        if self._frontier is not None:
+            ahead = T_map_base.inverse().apply(self._frontier)
+            bearing = math.atan2(float(ahead[1]), float(ahead[0]))
+        if abs(bearing) < self._half_view - _VIEW_MARGIN:
+            return WorkStep(0.0, 0.0, _NO_PATH, self._end(award, "done", ""))
         rate = math.copysign(self._drive.turn_rate_max_rad_s, bearing)
-        return WorkStep(0.0, rate, np.zeros((0, 2)), [])
+        return WorkStep(0.0, rate, _NO_PATH, [])
+
+    def _explored(self, award: Award, planning_map: PlanningMap) -> bool:
+        """Whether the map shows no frontier at the goal any more; looks only when it changed."""
+        if planning_map.number != self._looked_at:
+            self._looked_at = planning_map.number
+            settings = self._settings
+            self._frontier = frontier_near(
+                planning_map, award.goal_map, settings.look_radius_m, settings.look_cells_min
+            )
+        return self._frontier is None
 
     def _by_hand(self, award: Award, now: float) -> WorkStep:
         """An operator drives; without fresh words the robot halts."""
@@ -139,7 +162,7 @@ class TaskWork:
         limits = self._drive
         speed = _clipped(award.speed_m_s, limits.speed_max_m_s) if fresh else 0.0
         turn_rate = _clipped(award.turn_rate_rad_s, limits.turn_rate_max_rad_s) if fresh else 0.0
-        return WorkStep(speed, turn_rate, np.zeros((0, 2)), self._progress(award, 0.0, now))
+        return WorkStep(speed, turn_rate, _NO_PATH, self._progress(award, 0.0, now))
 
     def _news(self, award: Award, status: str, remaining: float, now: float) -> list[Message]:
         """Return what the server should know about the task now."""
@@ -164,32 +187,32 @@ class TaskWork:
         return [TaskProgress(task=award.task, remaining_m=max(remaining, 0.0))]
 
 
-def bearing_of_unknown(
-    planning_map: PlanningMap, T_map_base: Pose2, place: tuple[float, float], radius: float
-) -> float | None:
-    """Return where, seen from the robot, the unknown around a place lies, or None if none is.
+def frontier_near(
+    planning_map: PlanningMap, place: tuple[float, float], radius: float, cells_min: int
+) -> tuple[float, float] | None:
+    """Return the middle (x, y) [m] of what is left of the frontier around a place, map frame.
 
     Args:
         planning_map: the team's map.
-        T_map_base: the robot, map frame.
         place: (x, y) [m], map frame.
-        radius: how far from the place to look for unknown cells [m].
+        radius: how far around it to look [m].
+        cells_min: fewer frontier cells in a row are noise.
 
     Returns:
-        The bearing of their mean [rad], counter-clockwise from the robot's +x.
+        None if the map shows no frontier there (any more).
     """
     geometry = planning_map.geometry
     x, y = place
     box = geometry.box_around(x - radius, y - radius, x + radius, y + radius)
-    cells = np.argwhere(planning_map.classes[box.slices] == UNKNOWN)
-    if not len(cells):
+    if box.empty:
         return None
-    points = geometry.centres_of(cells + (box.iy0, box.ix0))
+    found = find_frontiers(planning_map.classes, 1, cells_min, box)
+    points = geometry.centres_of(found.cells)
     near = np.hypot(points[:, 0] - x, points[:, 1] - y) <= radius
     if not near.any():
         return None
-    middle = T_map_base.inverse().apply(points[near].mean(axis=0))
-    return math.atan2(float(middle[1]), float(middle[0]))
+    middle = points[near].mean(axis=0)
+    return float(middle[0]), float(middle[1])
 
 
 def _clipped(value: float, limit: float) -> float:

@@ -35,6 +35,7 @@ from server.teammates import Disc, Whereabouts, disc_of, without_teammates
 
 Ended = Literal["explored", "time_limit", "coverage", "operator", "failed"]
 _EPSILON = 1e-9
+_REJECTED_KINDS = 100  # a hostile peer invents a new fault with every frame; books stay small
 _CLEARANCE_LIMIT = 1.0  # [m]; more room than this to wait in makes no difference
 
 
@@ -211,8 +212,10 @@ class Master:
     def _reject(self, event: Rejected) -> list[Effect]:
         """Count what was no valid message; name a peer's fault once."""
         key = (event.source, event.reason.split(":")[0])
+        if key not in self.rejected and len(self.rejected) >= _REJECTED_KINDS:
+            key = ("others", "more kinds of faults than are told apart")
         self.rejected[key] = self.rejected.get(key, 0) + 1
-        if self.rejected[key] > 1 or len(self.rejected) > 100:
+        if self.rejected[key] > 1:
             return []
         return [Note("warning", f"dropped a frame of {event.source}: {event.reason}")]
 

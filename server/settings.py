@@ -47,7 +47,7 @@ class MapSettings(_Settings):
 
     p_obstacle: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.65
     p_clear: Annotated[float, Field(gt=0.0, lt=0.5)] = 0.35
-    delta_period_s: Positive = 0.5
+    delta_period_s: Positive = 0.3
     poses_period_s: Positive = 0.3
     teammate_margin_m: NotNegative = 0.25
 

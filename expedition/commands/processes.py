@@ -40,8 +40,10 @@ if TYPE_CHECKING:
 WorldEndpoint = Annotated[
     str | None,
     typer.Option(
-        "--world-endpoint", metavar="ADDRESS:PORT", help="where the world listens", show_default=
-        "127.0.0.1:5600"
+        "--world-endpoint",
+        metavar="ADDRESS:PORT",
+        help="where the world listens",
+        show_default="127.0.0.1:5600",
     ),
 ]
 OutOption = Annotated[
@@ -124,9 +126,7 @@ def server(
     from expedition.processes import serve
     from expedition.results.record import save_record_part
 
-    settings = settings_from(
-        team, world, robots, strategy, seed, max_time=max_time, sets=sets
-    )
+    settings = settings_from(team, world, robots, strategy, seed, max_time=max_time, sets=sets)
     cast.check_strategy(settings)
     network = settings.network
     endpoint = tcp_endpoint(bind, "--bind", network.address, network.server_port)
@@ -185,9 +185,12 @@ def _folder(settings: TeamSettings, out: Path | None) -> Path:
 
 
 def _warm_up(live: Live) -> None:
+    """Compile what is not compiled yet; what is, each process loads when it needs it."""
     from expedition.warm_up import warm_up
+    from mapping.compiled import cache_is_cold
 
-    warm_up(live.say)
+    if cache_is_cold():
+        warm_up(live.say)
 
 
 def _ties(

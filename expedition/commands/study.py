@@ -50,11 +50,13 @@ def experiment(
         run = load_experiment(EXPERIMENTS.get(name, name))
     except (ValueError, ImportError, AttributeError):
         known = ", ".join(EXPERIMENTS)
-        raise UsageError(f"no experiment {name!r}: use one of {known}, or module:function") from None
+        raise UsageError(
+            f"no experiment {name!r}: use one of {known}, or module:function"
+        ) from None
     folder = out or Path("runs") / f"experiment-{name.replace(':', '-')}"
     folder.mkdir(parents=True, exist_ok=True)
     result = run(ExperimentOptions(quick, workers, seeds, folder))
-    write_tables(folder, result)
+    write_tables(result, folder)
     if as_json:
         print_json(dataclasses.asdict(result))
     else:

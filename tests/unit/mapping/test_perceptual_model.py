@@ -9,19 +9,33 @@ from hypothesis import strategies as st
 
 from mapping.geometry import Pose2
 from mapping.match_map import MapSettings, MatchMap
-from mapping.perceptual_model import PerceptionSettings, accumulate_information, scan_likelihood
-from mapping.scan_points import scan_points
+from mapping.perceptual_model import (
+    PerceptionSettings,
+    accumulate_information,
+    best_trust,
+    scan_likelihood,
+)
+from mapping.scan_points import scan_points, turned_points
+from mapping.surface_map import SurfaceSettings, layer_of
 from tests.unit.mapping.rectangle import corridor_scan, rectangle_scan
 
 SETTINGS = PerceptionSettings(sigma=0.05)
 
+# Where the room lies in the map: off the lattice, so that no wall runs between two rows of cells.
+ROOM = Pose2(0.03, 0.04, 0.0)
+HERE = ROOM @ Pose2(1.8, 1.6, 0.3)
+
+
+def seen_here(beams: int = 61):
+    return scan_points(rectangle_scan(Pose2(1.8, 1.6, 0.3), beams=beams))
+
 
 @pytest.fixture(scope="module")
 def room() -> MatchMap:
-    built = MatchMap(MapSettings(resolution=0.1))
+    built = MatchMap(MapSettings(resolution=0.1, surface=SurfaceSettings(doubt=0.0)))
     for x, theta in ((1.5, 0.0), (2.0, 1.0), (2.5, 2.0)):
         pose = Pose2(x, 1.4, theta)
-        built.insert(rectangle_scan(pose, beams=120), pose)
+        built.insert(rectangle_scan(pose, beams=120), ROOM @ pose)
     return built
 
 
@@ -30,63 +44,57 @@ def judge(room: MatchMap, points, pose: Pose2, chosen: PerceptionSettings = SETT
 
 
 def test_the_true_pose_is_likelier_than_poses_around_it(room):
-    pose = Pose2(1.8, 1.6, 0.3)
-    points = scan_points(rectangle_scan(pose))
-    best = judge(room, points, pose).value
+    points = seen_here()
+    best = judge(room, points, HERE).value
     for dx, dy, dt in ((0.05, 0, 0), (-0.05, 0, 0), (0, 0.05, 0), (0, 0, 0.04), (0, 0, -0.04)):
-        assert judge(room, points, Pose2(1.8 + dx, 1.6 + dy, 0.3 + dt)).value < best - 1.0
+        assert judge(room, points, Pose2(HERE.x + dx, HERE.y + dy, HERE.theta + dt)).value < best - 1.0
 
 
 def test_free_space_is_unlikely_and_flat(room):
     point = np.array([[2.0, 1.5, -1.0, 0.0]])
     far = judge(room, point, Pose2(0.0, 0.0, 0.0))
     assert far.value == pytest.approx(math.log(SETTINGS.outlier))
-    assert np.array_equal(far.gradient, np.zeros(3)) and np.array_equal(far.hessian, np.zeros((3, 3)))
+    assert np.array_equal(far.gradient, np.zeros(3)) and np.array_equal(
+        far.hessian, np.zeros((3, 3))
+    )
     outside = judge(room, point, Pose2(100.0, -100.0, 0.0))
     assert outside.value == far.value
 
 
 def test_the_weight_of_a_beam_scales_everything(room):
-    points = scan_points(rectangle_scan(Pose2(1.8, 1.6, 0.3)))
-    one = judge(room, points, Pose2(1.82, 1.6, 0.3))
-    half = judge(room, points, Pose2(1.82, 1.6, 0.3), PerceptionSettings(0.05, 0.05, 0.5))
+    points = seen_here()
+    one = judge(room, points, HERE)
+    half = judge(room, points, HERE, PerceptionSettings(0.05, 0.05, 0.5))
     assert half.value == pytest.approx(0.5 * one.value)
     assert np.allclose(half.gradient, 0.5 * one.gradient)
     assert np.allclose(half.hessian, 0.5 * one.hessian)
 
 
+def surfels_under(room: MatchMap, points, pose: Pose2):
+    """Return the surfel each point is compared with; derivatives hold only while it is the same."""
+    turned = turned_points(points, pose)
+    cells = room.grid.geometry.cells_at(turned[:, :2])
+    layers = [layer_of(nx, ny) for nx, ny in turned[:, 2:]]
+    return room.surfaces.closest[layers, cells[:, 0], cells[:, 1]]
+
+
 @given(st.floats(-0.12, 0.12), st.floats(-0.12, 0.12), st.floats(-0.1, 0.1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_gradient_and_hessian_match_differences(room, dx, dy, dt):
-    points = scan_points(rectangle_scan(Pose2(1.8, 1.6, 0.3)))
-    at = np.array([1.8 + dx, 1.6 + dy, 0.3 + dt])
-    here = judge(room, points, Pose2(*at))
-    step = 1e-7
-    # An end point that crosses into another cell in between jumps to another surfel: leave the few
-    # beams out that do, by comparing beam by beam.
-    numeric_gradient, numeric_hessian = np.zeros(3), np.zeros((3, 3))
-    analytic_gradient, analytic_hessian = np.zeros(3), np.zeros((3, 3))
-    for k in range(len(points)):
-        beam = points[k : k + 1]
-        middle = judge(room, beam, Pose2(*at))
-        gradient, hessian = np.zeros(3), np.zeros((3, 3))
-        for i in range(3):
-            offset = np.zeros(3)
-            offset[i] = step
-            up = judge(room, beam, Pose2(*(at + offset)))
-            down = judge(room, beam, Pose2(*(at - offset)))
-            gradient[i] = (up.value - down.value) / (2 * step)
-            hessian[i] = (up.gradient - down.gradient) / (2 * step)
-        if abs(gradient - middle.gradient).max() < 1e-2 * (1.0 + abs(gradient).max()):
-            numeric_gradient += gradient
-            numeric_hessian += hessian
-            analytic_gradient += middle.gradient
-            analytic_hessian += middle.hessian
-        else:
-            assert abs(gradient).max() > 1e3 or k >= 0
-    assert np.allclose(analytic_gradient, numeric_gradient, rtol=1e-3, atol=0.05)
-    assert np.allclose(analytic_hessian, numeric_hessian, rtol=1e-3, atol=1.0)
-    assert np.allclose(here.hessian, here.hessian.T)
+    points = seen_here(beams=31)
+    at, step = HERE.as_array() + (dx, dy, dt), 1e-6
+    offsets = [sign * step * row for row in np.eye(3) for sign in (1.0, -1.0)]
+    under = [surfels_under(room, points, Pose2(*(at + offset))) for offset in offsets]
+    steady = points[(np.array(under) == under[0]).all(axis=0)]
+    assert len(steady) > 0.9 * len(points)
+    here = judge(room, steady, Pose2(*at))
+    for i in range(3):
+        up = judge(room, steady, Pose2(*(at + offsets[2 * i])))
+        down = judge(room, steady, Pose2(*(at + offsets[2 * i + 1])))
+        assert here.gradient[i] == pytest.approx((up.value - down.value) / (2 * step), abs=0.05)
+        slope = (up.gradient - down.gradient) / (2 * step)
+        assert np.allclose(here.hessian[i], slope, rtol=1e-3, atol=1.0)
+    assert np.array_equal(here.hessian, here.hessian.T)
 
 
 def information_of(built: MatchMap, points, pose: Pose2):
@@ -101,11 +109,10 @@ def information_of(built: MatchMap, points, pose: Pose2):
 
 
 def test_information_at_the_true_pose_is_the_negative_hessian(room):
-    pose = Pose2(1.8, 1.6, 0.3)
-    points = scan_points(rectangle_scan(pose))
-    information, (known, explained) = information_of(room, points, pose)
-    assert known == explained == len(points)
-    assert np.allclose(information, -judge(room, points, pose).hessian, rtol=0.1, atol=300.0)
+    points = seen_here()
+    information, (known, explained) = information_of(room, points, HERE)
+    assert known == len(points) and explained >= known - 3
+    assert np.allclose(information, -judge(room, points, HERE).hessian, rtol=0.1, atol=300.0)
     assert np.linalg.eigvalsh(information)[0] > 0.0
 
 
@@ -125,3 +132,24 @@ def test_end_points_are_counted_by_what_is_known(room):
     information, counts = information_of(room, points, Pose2(0.0, 0.0, 0.0))
     assert counts == (2, 1)
     assert information[0, 0] > 0.0
+
+
+def test_young_walls_speak_less_but_never_against_a_pose(room):
+    young = MatchMap(MapSettings(resolution=0.1))
+    pose = Pose2(2.0, 1.4, 1.0)
+    young.insert(rectangle_scan(pose, beams=120), ROOM @ pose)
+    points, pose = scan_points(rectangle_scan(pose)), ROOM @ pose
+    assert (young.surfaces.surfels[: young.surfaces.count, 5] < 0.1).all()
+    flat = len(points) * math.log(SETTINGS.outlier)
+    assert flat < judge(young, points, pose).value < judge(room, points, pose).value
+
+
+def test_trust_is_judged_by_the_best_wall_in_view(room):
+    geometry = room.grid.geometry
+    lattice = (geometry.origin_x, geometry.origin_y, geometry.resolution)
+    points = np.array([[4.0, 1.5, -1.0, 0.0], [2.0, 1.5, -1.0, 0.0], [99.0, 0.0, 1.0, 0.0]])
+    walls = room.surfaces
+    surfels = walls.surfels.copy()
+    surfels[:, 5] = 0.25
+    assert best_trust(points, (0.0, 0.0, 0.0), walls.closest, surfels, lattice) == 0.25
+    assert best_trust(points[1:], (0.0, 0.0, 0.0), walls.closest, surfels, lattice) == 1.0

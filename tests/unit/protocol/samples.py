@@ -135,9 +135,7 @@ def messages() -> st.SearchStrategy[Message]:
 
 def _model(model: type[BaseModel]) -> st.SearchStrategy[Any]:
     """Any valid instance of a model."""
-    fields = {
-        name: _field(field) for name, field in model.model_fields.items() if name != "type"
-    }
+    fields = {name: _field(field) for name, field in model.model_fields.items() if name != "type"}
     return st.builds(model, **fields)
 
 
@@ -159,7 +157,9 @@ def _array(kind: ArrayField) -> st.SearchStrategy[Any]:
 def _value(kind: Any, metadata: list[Any]) -> st.SearchStrategy[Any]:
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin is typing.Annotated:
-        inner = [m for a in arguments[1:] for m in (a.metadata if isinstance(a, FieldInfo) else [a])]
+        inner = [
+            m for a in arguments[1:] for m in (a.metadata if isinstance(a, FieldInfo) else [a])
+        ]
         return _value(arguments[0], inner)
     if origin in (typing.Union, types.UnionType):
         return st.one_of(*(_value(argument, []) for argument in arguments))

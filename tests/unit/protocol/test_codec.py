@@ -1,4 +1,4 @@
-"""Frames: what goes in comes out, and hostile bytes are refused with nothing but a ProtocolError."""
+"""Frames: what goes in comes out; hostile bytes raise nothing but a ProtocolError."""
 
 from __future__ import annotations
 
@@ -119,7 +119,11 @@ def test_an_unknown_type_is_an_error_of_its_own() -> None:
 
 def framed(kind: str, body: Any, *buffers: bytes) -> list[bytes]:
     """A frame whose header is fine."""
-    return [msgpack.packb([[1, 0], kind, "world", "robot1", 1, 0.5, 0]), msgpack.packb(body), *buffers]
+    return [
+        msgpack.packb([[1, 0], kind, "world", "robot1", 1, 0.5, 0]),
+        msgpack.packb(body),
+        *buffers,
+    ]
 
 
 def head_with(index: int, value: Any) -> list[Any]:
@@ -276,7 +280,9 @@ plain = st.recursive(
     | st.floats()
     | st.text(max_size=8)
     | st.binary(max_size=8),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner, max_size=4),
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner, max_size=4)
+    ),
     max_leaves=12,
 )
 

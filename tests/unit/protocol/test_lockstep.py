@@ -154,7 +154,10 @@ def test_what_is_sent_to_a_frozen_member_waits_until_it_thaws() -> None:
     assert conductor.begin() == []
     world.beat = lambda now: [Strike("robot1", "thaw")]
     (bundle,) = conductor.begin()
-    assert [decode(p.frame)[1] for p in bundle.parcels] == [Ping(value=2 * STEP), Ping(value=3 * STEP)]
+    assert [decode(p.frame)[1] for p in bundle.parcels] == [
+        Ping(value=2 * STEP),
+        Ping(value=3 * STEP),
+    ]
 
 
 def test_a_strike_at_somebody_who_is_not_there_hits_nobody() -> None:

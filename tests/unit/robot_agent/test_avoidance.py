@@ -15,7 +15,7 @@ REACH = 0.27
 
 def way(points: list[tuple[float, float]], curvature: float = 0.0, bodies=NOBODY, speed=0.5):
     array = np.array(points, dtype=np.float64).reshape(-1, 2)
-    return free_way(array, REACH, np.array(bodies).reshape(-1, 5), curvature, speed, 1.0)
+    return free_way(array, REACH, np.array(bodies).reshape(-1, 5), curvature, speed, 1.0, 0)
 
 
 def test_nothing_around() -> None:

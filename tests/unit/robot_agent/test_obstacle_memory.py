@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from closed_loop import Grid, planning_map_of
 from mapping.geometry import Pose2
 from robot_agent.obstacle_memory import ObstacleMemory, unmapped_points
 from robot_agent.path_following import DrivenPath, evenly_spaced
 from robot_agent.right_of_way import Sighting, Teammate
 from robot_agent.route_planning import Discs
+from tests.unit.robot_agent.closed_loop import Grid, planning_map_of
 
 SPOT = Discs(np.array([[1.0, 1.0]]), 0.3)
 

@@ -115,6 +115,15 @@ def test_the_first_delta_brings_its_resolution_and_the_map_grows() -> None:
     assert held.classes[iy, ix] == OBSTACLE and held.classes[iy + 1, ix + 1] == CLEAR
 
 
+def test_the_map_grows_on_any_side() -> None:
+    held = empty()
+    held.apply_snapshot(snapshot(1, hall()))
+    assert held.apply_delta(delta(2, np.full((4, 5), -3.0), -4, -3)) is not None
+    assert held.classes[held.geometry.cell_at(-0.35, -0.25)] == CLEAR
+    assert held.classes[held.geometry.cell_at(0.05, 0.15)] == OBSTACLE
+    check(held)
+
+
 def test_a_delta_beyond_all_reach_is_not_followed() -> None:
     held = empty()
     held.apply_snapshot(snapshot(1, hall()))
@@ -134,8 +143,8 @@ def test_damaged_bytes_change_nothing() -> None:
 @given(
     st.lists(
         st.tuples(
-            st.integers(-15, 40),
-            st.integers(-15, 40),
+            st.integers(0, 18),
+            st.integers(0, 8),
             st.integers(1, 12),
             st.integers(1, 12),
             st.sampled_from([-3.0, 0.0, 3.0]),

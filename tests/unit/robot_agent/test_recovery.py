@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from closed_loop import Grid, planning_map_of
 from mapping.geometry import Pose2
 from robot_agent.navigation_settings import RecoverySettings
 from robot_agent.recovery import Recovery, StallWatch, room_behind
 from robot_agent.right_of_way import Sighting, Teammate
+from tests.unit.robot_agent.closed_loop import Grid, planning_map_of
 
 SETTINGS = RecoverySettings()
 

@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from closed_loop import Grid, planning_map_of
 from mapping.geometry import Pose2
 from robot_agent.navigation_settings import RightOfWaySettings
 from robot_agent.planning_map import PlanningMap
 from robot_agent.right_of_way import Sighting, Teammate
 from robot_agent.route_choice import Choice, RouteChoice, Situation
 from robot_agent.route_planning import Discs
+from tests.unit.robot_agent.closed_loop import Grid, planning_map_of
 
 HALL = planning_map_of(Grid.walled(6.0, 5.0, 0.1))
 

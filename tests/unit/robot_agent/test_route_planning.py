@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from closed_loop import Grid, planning_map_of
 from robot_agent.planning_map import PlanningMap
 from robot_agent.route_planning import (
     Destination,
@@ -14,6 +13,7 @@ from robot_agent.route_planning import (
     route_out_of_the_way,
     route_to_goal,
 )
+from tests.unit.robot_agent.closed_loop import Grid, planning_map_of
 
 
 def two_rooms() -> PlanningMap:

@@ -70,6 +70,15 @@ def test_new_ways_are_found_with_an_old_estimate() -> None:
     assert len(cells) == 11
 
 
+def test_a_long_detour_is_given_up() -> None:
+    weights = np.ones((21, 11), dtype=np.uint8)
+    target = only((10, 10), weights.shape)
+    to_go = cost_field(weights, (10, 10), 1.0).units
+    weights[0:20, 5] = 0
+    assert len(search_way(weights, (10, 0), target, to_go, 20)[0]) == 0
+    assert len(search_way(weights, (10, 0), target, to_go, 100)[0]) > 11
+
+
 def test_a_long_way_outgrows_the_first_queue() -> None:
     weights = np.ones((60, 60), dtype=np.uint8)
     cells, units = search_way(weights, (0, 0), only((59, 59), weights.shape), NO_ESTIMATE)

@@ -13,11 +13,10 @@ from robot_agent.right_of_way import Sighting, Teammate
 from robot_agent.steering import Steered, Steering
 
 NOTHING = np.empty((0, 2))
+START = Pose2(1.0, 0.0, 0.0)
 
 
-def steer(
-    points: np.ndarray, pose: Pose2 = Pose2(1, 0, 0), others: tuple[Sighting, ...] = ()
-) -> Steered:
+def steer(points: np.ndarray, pose: Pose2 = START, others: tuple[Sighting, ...] = ()) -> Steered:
     steering = Steering(Body(), DrivingSettings(), RightOfWaySettings())
     line = evenly_spaced(np.array([[0.0, 0.0], [6.0, 0.0]]), 0.1)
     path = DrivenPath(line, np.full(len(line), 0.7))
@@ -59,7 +58,7 @@ def test_stops_before_a_wall() -> None:
 
 
 def test_goes_round_something_small() -> None:
-    pole = wall(0.45, half=0.04, middle=0.2)
+    pole = wall(0.5, half=0.03, middle=0.1)
     steered = steer(pole)
     assert steered.speed > 0.1 and steered.turn_rate < 0.0
 

@@ -1,0 +1,87 @@
+"""World, server and agents started one by one, as in separate terminals or containers."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.integration.teams import WORLD, command, wait_until
+from tests.integration.test_operator import free_port
+
+pytestmark = pytest.mark.slow
+
+
+def ended(process: subprocess.Popen[str], patience: float = 60.0) -> str:
+    """Wait for a process; return what it wrote to standard error."""
+    try:
+        _, stderr = process.communicate(timeout=patience)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        raise
+    assert "Traceback" not in stderr, stderr
+    return stderr
+
+
+def listens(port: int) -> bool:
+    """Whether somebody listens on a port of this machine, without knocking."""
+    return any(
+        c.status == psutil.CONN_LISTEN and c.laddr.port == port
+        for c in psutil.net_connections("tcp4")
+    )
+
+
+def start_all(
+    folder: Path, seconds: float, *options: str
+) -> tuple[dict[str, subprocess.Popen[str]], Path]:
+    """Start server and robots before the world: they wait for it."""
+    team = ("--world", WORLD, "--robots", "2")
+    world, server = f"127.0.0.1:{free_port()}", f"127.0.0.1:{free_port()}"
+    there = ("--world-endpoint", world)
+    shared = ("--out", "out", "--max-time", str(seconds))
+    processes = {
+        "server": command("server", *team, "--bind", server, *there, *shared, cwd=folder),
+        "robot1": command("agent", "robot1", *team, *there, cwd=folder),
+        "robot2": command("agent", "robot2", *team, *there, cwd=folder),
+    }
+    wait_until(lambda: listens(int(server.rpartition(":")[2])))
+    words = ("world", *team, "--bind", world, *shared, *options)
+    processes["world"] = command(*words, cwd=folder)
+    wait_until(lambda: listens(int(world.rpartition(":")[2])))
+    return processes, folder / "out"
+
+
+def test_a_mission_by_hand_has_full_results(tmp_path: Path) -> None:
+    processes, out = start_all(tmp_path, 10.0)
+    told = {name: ended(process) for name, process in processes.items()}
+    assert {name: p.returncode for name, p in processes.items()} == dict.fromkeys(processes, 0)
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["ended"] == "time_limit"
+    assert summary["problems"] == []
+    assert summary["coverage"] > 0.05
+    assert [robot["ended"] for robot in summary["robots"]] == ["finished", "finished"]
+    assert summary["map"]["precision_occupied"] > 0.5
+    assert "listens on" in told["server"]
+    assert "robot1 is through: over" in told["robot1"]
+
+
+def test_ctrl_c_at_an_agent_and_then_at_the_server(tmp_path: Path) -> None:
+    """The mission goes on without an agent; without its server it ends, with results."""
+    processes, out = start_all(tmp_path, 600.0, "--realtime")
+    wait_until(lambda: bool(list((out / "parts").glob("0-launch.npz"))))
+    processes["robot2"].send_signal(signal.SIGINT)
+    ended(processes["robot2"])
+    assert processes["robot2"].returncode == 130
+    assert processes["world"].poll() is None
+    processes["server"].send_signal(signal.SIGINT)
+    told = {name: ended(processes[name]) for name in ("server", "world", "robot1")}
+    assert processes["server"].returncode == 130
+    assert processes["robot1"].returncode == 0
+    assert "the server is gone" in told["world"]
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["ended"] == "operator"
+    assert summary["problems"] == []

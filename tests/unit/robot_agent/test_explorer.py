@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mapping.geometry import IDENTITY, Pose2
+from protocol.body import Body, Lidar
+from protocol.map_cells import pack_cells
+from protocol.messages import Bid, MapDelta, MapSnapshot
+from robot_agent.explorer import Explorer
+from robot_agent.navigation_settings import PlanningMapSettings
+from robot_agent.planning_map import PlanningMap
+from robot_agent.settings import ExplorerSettings
+
+BODY = Body(radius_m=0.2, lidar=Lidar(range_max_m=3.0))
+RESOLUTION = 0.1
+
+
+def hall(open_end: bool = True) -> MapSnapshot:
+    """A hall from (-1, -1) to (2, 1) m with walls all round; its right end may be open."""
+    log_odds = np.full((20, 30), -3.0, dtype=np.float32)
+    log_odds[[0, -1], :] = 3.0
+    log_odds[:, 0] = 3.0
+    if not open_end:
+        log_odds[:, -1] = 3.0
+    return MapSnapshot(
+        number=1,
+        resolution_m=RESOLUTION,
+        origin_x_m=-1.0,
+        origin_y_m=-1.0,
+        rows=20,
+        cols=30,
+        cells=pack_cells(np.pad(log_odds, ((0, 0), (0, 0)))),
+    )
+
+
+def unknown_beyond(number: int) -> MapDelta:
+    """A change that gives the map room beyond the hall's open end."""
+    return MapDelta(
+        number=number,
+        resolution_m=RESOLUTION,
+        lattice_x=20,
+        lattice_y=-10,
+        rows=20,
+        cols=20,
+        cells=pack_cells(np.zeros((20, 20), dtype=np.float32)),
+    )
+
+
+def explorer_in(snapshot: MapSnapshot, **settings: object) -> tuple[Explorer, PlanningMap]:
+    planning_map = PlanningMap(BODY.radius_m, PlanningMapSettings(resolution_m=RESOLUTION))
+    explorer = Explorer(BODY, ExplorerSettings.model_validate(settings), planning_map)
+    planning_map.apply_snapshot(snapshot)
+    explorer.map_changed(None)
+    box = planning_map.apply_delta(unknown_beyond(2))
+    explorer.map_changed(box)
+    return explorer, planning_map
+
+
+def bid_of(explorer: Explorer, T_map_base: Pose2 = IDENTITY, now: float = 0.0) -> Bid:
+    bid = explorer.bid(T_map_base, False, now)
+    assert bid is not None
+    return bid
+
+
+def test_a_bid_names_the_places_at_the_open_end_and_what_they_cost_and_bring() -> None:
+    explorer, planning_map = explorer_in(hall())
+    bid = bid_of(explorer)
+    assert len(bid.places_map) > 0
+    assert (bid.places_map[:, 0] > 1.2).all()
+    assert (bid.gains > 0.0).all()
+    straight = np.hypot(*bid.places_map.T.astype(float))
+    assert (bid.costs_m >= straight - 0.2).all()
+    assert (bid.rectangles_map[:, 2] > 2.0).all()
+    assert (bid.number, bid.map_number) == (1, planning_map.number)
+    assert bid.T_map_base == IDENTITY
+
+
+def test_there_is_nothing_to_bid_on_in_a_closed_room() -> None:
+    explorer, _ = explorer_in(hall(open_end=False))
+    assert len(bid_of(explorer).places_map) == 0
+
+
+def test_a_bid_is_made_on_news_only_and_not_too_often_unless_one_is_idle() -> None:
+    explorer, planning_map = explorer_in(hall(), bid_period_s=1.0)
+    bid_of(explorer)
+    assert explorer.bid(IDENTITY, False, 5.0) is None
+    explorer.map_changed(planning_map.geometry.box)
+    assert bid_of(explorer, now=5.0).number == 2
+    explorer.map_changed(planning_map.geometry.box)
+    assert explorer.bid(IDENTITY, False, 5.5) is None
+    assert explorer.bid(IDENTITY, True, 5.5) is not None
+
+
+def test_places_behind_a_wall_are_told_as_unreachable() -> None:
+    snapshot = hall()
+    explorer, planning_map = explorer_in(snapshot)
+    wall = MapDelta(
+        number=3,
+        resolution_m=RESOLUTION,
+        lattice_x=8,
+        lattice_y=-10,
+        rows=20,
+        cols=2,
+        cells=pack_cells(np.full((20, 2), 3.0, dtype=np.float32)),
+    )
+    explorer.map_changed(planning_map.apply_delta(wall))
+    bid = bid_of(explorer)
+    assert len(bid.places_map) == 0
+    assert len(bid.unreachable_map) > 0
+    assert (bid.unreachable_map[:, 0] > 1.0).all()
+
+
+def test_one_that_believes_to_be_outside_the_map_reaches_nothing() -> None:
+    explorer, _ = explorer_in(hall())
+    bid = bid_of(explorer, Pose2(50.0, 50.0, 0.0))
+    assert len(bid.places_map) == 0
+    assert len(bid.unreachable_map) > 0
+
+
+@pytest.mark.parametrize(
+    "settings", [{"weigh_by_probability": False}, {"openings_limit_gains": False}]
+)
+def test_the_settings_that_simmons_left_open(settings: dict[str, object]) -> None:
+    plain, _ = explorer_in(hall(), **settings)
+    assert (bid_of(plain).gains > 0.0).all()
+
+
+def test_no_more_is_expected_through_a_gap_than_can_be_seen_through_it() -> None:
+    explorer, _ = explorer_in(hall())
+    gains = explorer._through_openings(np.array([9.0, 9.0]), np.array([0.1, 1.0]))
+    assert gains.tolist() == [pytest.approx(0.2), 9.0]
+
+
+def test_only_the_richest_places_are_told() -> None:
+    explorer, _ = explorer_in(hall(), spacing_m=0.1, places_max=2)
+    assert len(bid_of(explorer).places_map) == 2

@@ -1,0 +1,152 @@
+"""The central mapper in a small room that robots see without noise."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from mapping.geometry import IDENTITY, Pose2
+from mapping.grid import CLEAR, OBSTACLE, classify
+from mapping.scan import LaserScan
+from server.map_merger import MapMerger, Placement, Report
+from server.settings import MergerSettings
+from tests.unit.rooms import room, scan_in
+
+ROOM = room()
+SETTINGS = MergerSettings(resolution_m=0.1)
+SURE = np.diag([1e-4, 1e-4, 1e-5])
+
+
+def report(T_world_base: Pose2, T_world_odom: Pose2 = IDENTITY, stamp: float = 0.0) -> Report:
+    """What a robot reports that knows its own way exactly."""
+    T_odom_base = T_world_odom.inverse() @ T_world_base
+    track = np.array([[stamp, T_odom_base.x, T_odom_base.y, T_odom_base.theta]])
+    return Report(scan_in(ROOM, T_world_base, stamp), T_odom_base, SURE, track)
+
+
+def merger_with_map(**settings: float) -> MapMerger:
+    """A merger that one robot has given the room from two places."""
+    merger = MapMerger(SETTINGS.model_copy(update=settings))
+    merger.add("a", IDENTITY, 0.0, 0.0)
+    merger.place("a", report(IDENTITY))
+    merger.place("a", report(Pose2(0.3, 0.2, 0.2), stamp=1.0))
+    return merger
+
+
+def test_the_first_robot_defines_the_map() -> None:
+    merger = MapMerger(SETTINGS)
+    merger.add("a", Pose2(0.5, 0.0, 0.0), 1.0, 0.3)
+    assert not merger.members["a"].aligned
+    assert merger.place("a", report(IDENTITY)) == Placement(True, 0.0)
+    assert merger.members["a"].T_map_odom == Pose2(0.5, 0.0, 0.0)
+    assert merger.uncertainty("a") < 0.02
+    assert [node.robot for node in merger.nodes] == ["a"]
+
+
+def test_the_map_shows_what_the_scans_show() -> None:
+    merger = merger_with_map()
+    classes = classify(merger.log_odds, 0.65, 0.35)
+    for x, y in ((0.05, 0.05), (1.05, 0.05), (-0.55, 1.05)):
+        assert classes[merger.geometry.cell_at(x, y)] == CLEAR
+    iy, ix = merger.geometry.cell_at(-0.95, 0.05)
+    assert OBSTACLE in classes[iy, ix - 1 : ix + 2]
+
+
+def test_changes_are_told_once_on_the_lattice() -> None:
+    merger = merger_with_map()
+    box, log_odds = merger.take_changes()
+    assert log_odds.shape == (box.iy1 - box.iy0, box.ix1 - box.ix0)
+    assert (box.ix0 <= -9, box.iy0 <= -9, box.ix1 >= 28, box.iy1 >= 18) == (True,) * 4
+    assert merger.take_changes()[0].empty
+
+
+def test_a_wrong_odometry_is_corrected_by_the_map() -> None:
+    merger = merger_with_map()
+    true = Pose2(0.5, 0.3, 0.3)
+    seen = report(true, stamp=2.0)
+    off = Report(seen.scan, Pose2(0.56, 0.26, 0.33), SURE, np.array([[2.0, 0.56, 0.26, 0.33]]))
+    placement = merger.place("a", off)
+    assert placement.matched
+    corrected = merger.members["a"].T_map_odom @ off.T_odom_base
+    assert corrected.distance_to(true) < 0.04
+    assert placement.moved == pytest.approx(0.07, abs=0.04)
+    assert merger.track("a")[-1, 1:3] == pytest.approx([corrected.x, corrected.y])
+
+
+def test_another_robot_is_tied_to_the_map_by_what_it_sees() -> None:
+    merger = merger_with_map()
+    T_world_odom = Pose2(0.4, -0.2, 0.3)
+    merger.add("b", Pose2(0.5, -0.3, 0.25), 0.15, 0.1)
+    placement = merger.place("b", report(Pose2(0.4, -0.2, 0.3), T_world_odom))
+    member = merger.members["b"]
+    assert placement.matched
+    assert member.aligned
+    assert member.T_map_odom.distance_to(T_world_odom) < 0.05
+    assert abs(member.T_map_odom.theta - 0.3) < 0.04
+    assert merger.nodes[-1].robot == "b"
+
+
+def test_a_robot_that_sees_nothing_known_waits() -> None:
+    merger = merger_with_map()
+    merger.add("b", Pose2(0.4, 0.2, 0.0), 0.1, 0.05)
+    blind = LaserScan(np.full(60, 6.0, np.float32), -math.pi, 0.1, 6.0, 1.0)
+    few = Report(blind, IDENTITY, SURE, np.zeros((0, 4)))
+    assert merger.place("b", few) == Placement(False, 0.0)
+    assert len(merger.members["b"].held) == 1
+    placed = merger.place("b", report(Pose2(0.4, 0.2, 0.0), Pose2(0.4, 0.2, 0.0)))
+    assert placed.matched
+    assert merger.members["b"].held == []
+    assert [node.robot for node in merger.nodes] == ["a", "a", "b", "b"]
+
+
+def test_a_scan_that_contradicts_the_map_is_kept_out_of_it() -> None:
+    merger = merger_with_map()
+    ranges = np.full(60, 0.45, np.float32)  # as in a barrel that is nowhere in this room
+    barrel = LaserScan(ranges, -math.pi, math.pi / 30, 6.0, 2.0)
+    track = np.array([[2.0, 0.3, 0.2, 0.2]])
+    before = merger.log_odds.copy()
+    placement = merger.place("a", Report(barrel, Pose2(0.3, 0.2, 0.2), SURE, track))
+    assert placement == Placement(False, 0.0)
+    assert merger.members["a"].unmatched == 1
+    assert len(merger.nodes) == 2
+    assert (merger.log_odds == before).all()
+    assert len(merger.track("a")) == 3  # where it was is told all the same
+    assert merger.place("a", report(Pose2(0.4, 0.2, 0.2), stamp=3.0)).matched
+    assert merger.members["a"].unmatched == 0
+
+
+def test_the_window_grows_with_what_is_unsure() -> None:
+    merger = MapMerger(SETTINGS)
+    assert merger._window(SURE) is None
+    unsure = merger._window(np.diag([0.04, 0.01, 0.01]))
+    assert unsure is not None
+    turned = merger._window(np.diag([1e-4, 1e-4, 0.01]))
+    assert turned is not None
+
+
+def test_a_robot_that_begins_anew_keeps_its_track() -> None:
+    merger = merger_with_map()
+    merger.add("a", IDENTITY, 1.0, 0.3)
+    member = merger.members["a"]
+    assert not member.aligned
+    assert member.T_map_odom.distance_to(Pose2(0.3, 0.2, 0.2)) < 0.05  # it stands where it was
+    assert len(merger.track("a")) == 2
+
+
+def test_one_that_never_reported_begins_anew_at_its_start() -> None:
+    merger = MapMerger(SETTINGS)
+    merger.add("a", IDENTITY, 0.0, 0.0)
+    merger.add("a", Pose2(2.0, 0.0, 0.0), 0.0, 0.0)
+    assert merger.members["a"].T_map_odom == Pose2(2.0, 0.0, 0.0)
+    assert merger.track("a").shape == (0, 4)
+
+
+def test_held_reports_are_taken_in_the_end_even_if_unsure() -> None:
+    """In a place that looks alike all along nothing would ever be sure enough."""
+    merger = merger_with_map(align_sigma_m=1e-6, hold_most=2)
+    merger.add("b", Pose2(0.4, 0.2, 0.0), 0.1, 0.05)
+    seen = report(Pose2(0.4, 0.2, 0.0), Pose2(0.4, 0.2, 0.0))
+    assert not merger.place("b", seen).matched
+    assert merger.place("b", seen).matched

@@ -1,0 +1,274 @@
+"""The world's core, by events alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mapping.geometry import IDENTITY, Pose2
+from protocol.body import Body, Lidar
+from protocol.codec import Header, encode
+from protocol.effects import (
+    Effect,
+    Note,
+    Passing,
+    PassOn,
+    PeerLeft,
+    Rejected,
+    Send,
+    Stop,
+    Strike,
+)
+from protocol.messages import Hello, MapRequest, Message, PauseRequest, StopRequest
+from protocol.world_messages import BodyFrame, Finished, Join, Joined, MotionCommand
+from sim_world.judge import Judge
+from sim_world.settings import ScriptedFault, WorldSettings
+from sim_world.truth import CoverageJudge
+from sim_world.world import RobotSpec, World
+from tests.unit.rooms import heard, room, sent
+from tests.unit.sim_world.test_judge import delta, whole_truth
+
+DT = 0.1
+BODY = Body(radius_m=0.2, lidar=Lidar(beams=9, noise_m=0.0))
+
+
+def world_of(time_limit: float | None = None, seed: int = 1, **settings: Any) -> World:
+    """Two robots in the room, a metre apart."""
+    scene = room()
+    solid, geometry = scene.free_truth()
+    coverage = CoverageJudge.for_starts(solid, geometry, [(0.0, 0.0)], 0.2)
+    specs = [
+        RobotSpec("robot1", BODY, Pose2(0.0, 0.0, 0.0), Pose2(0.1, 0.0, 0.0)),
+        RobotSpec("robot2", BODY, Pose2(1.0, 0.0, 0.0), Pose2(1.0, 0.0, 0.0)),
+    ]
+    judge = Judge(coverage, 0.65, 0.35)
+    rng = np.random.default_rng(seed)
+    return World(scene, specs, WorldSettings(**settings), judge, rng, time_limit=time_limit)
+
+
+def join(world: World, name: str, now: float = 0.0, channel: str = "body") -> Message:
+    role = "server" if name == "server" else "robot"
+    (answer,) = sent(world.handle(heard(channel, name, Join(role=role)), now), name)
+    return answer
+
+
+def live(
+    world: World, begin: float, seconds: float, **commands: tuple[float, float]
+) -> list[Effect]:
+    """Tick on, with the same commands at every instant."""
+    effects: list[Effect] = []
+    for k in range(1, round(seconds / DT) + 1):
+        now = round(begin + k * DT, 6)
+        for name, (speed, rate) in commands.items():
+            word = MotionCommand(speed_m_s=speed, turn_rate_rad_s=rate)
+            effects += world.handle(heard("body", name, word), now)
+        effects += world.tick(now)
+    return effects
+
+
+def passing(channel: str, source: str, to: str, message: Message) -> Passing:
+    header = Header(message.type, source, to, 1, 0.0)
+    return Passing(channel, header, encode(header, message))
+
+
+def test_a_robot_that_joins_is_told_its_body_and_where_it_supposedly_starts() -> None:
+    joined = join(world_of(start_error_m=0.5, start_error_deg=7.0), "robot1", 0.3)
+    assert isinstance(joined, Joined)
+    assert joined.body == BODY
+    assert joined.start == Pose2(0.1, 0.0, 0.0)
+    assert (joined.start_sigma_m, joined.start_sigma_deg, joined.now_s) == (0.5, 7.0, 0.3)
+
+
+def test_exact_starts_are_told_as_exact() -> None:
+    joined = join(world_of(perturb_starts=False), "robot1")
+    assert isinstance(joined, Joined)
+    assert (joined.start_sigma_m, joined.start_sigma_deg) == (0.0, 0.0)
+
+
+def test_a_server_that_joins_gets_the_clock_and_no_body() -> None:
+    joined = join(world_of(), "server", channel="clock")
+    assert isinstance(joined, Joined)
+    assert joined.body is None
+    assert joined.lockstep
+
+
+def test_bodies_sense_only_when_their_software_is_there() -> None:
+    world = world_of()
+    assert sent(world.tick(DT), "robot1") == []
+    join(world, "robot1", DT)
+    frames = [m for m in sent(live(world, DT, 0.4), "robot1") if isinstance(m, BodyFrame)]
+    assert len(frames) == 4
+    assert sent(live(world, 0.5, 0.4), "robot2") == []
+    assert [len(frame.ranges) for frame in frames] == [9, 0, 9, 0]
+    assert frames[0].ranges[4] == pytest.approx(0.8, abs=0.05)  # the other robot ahead
+
+
+def test_a_command_drives_the_body_and_the_wheels_count_it() -> None:
+    world = world_of()
+    join(world, "robot2")
+    effects = live(world, 0.0, 1.0, robot2=(0.4, 0.0))
+    robot = world.robots["robot2"]
+    assert 0.2 < robot.path < 0.45
+    assert robot.motion.T_world_base.x == pytest.approx(1.0 + robot.path, abs=0.01)
+    frame = sent(effects, "robot2")[-1]
+    assert isinstance(frame, BodyFrame)
+    assert frame.T_wheel_base.x == pytest.approx(robot.path, abs=0.15)
+    assert world.now == 1.0
+
+
+def test_without_fresh_commands_a_body_halts() -> None:
+    world = world_of(command_timeout_s=0.3)
+    live(world, 0.0, 0.5, robot1=(0.0, 1.0))
+    live(world, 0.5, 2.0)
+    before = world.robots["robot1"].motion.T_world_base
+    live(world, 2.5, 1.0)
+    assert world.robots["robot1"].motion.T_world_base == before
+
+
+def test_a_body_stops_at_a_wall_and_notices() -> None:
+    world = world_of()
+    join(world, "robot2")
+    effects = live(world, 0.0, 8.0, robot2=(0.5, 0.0))
+    frame = sent(effects, "robot2")[-1]
+    assert isinstance(frame, BodyFrame)
+    assert frame.bumped
+    assert world.robots["robot2"].bumps > 0
+    assert world.robots["robot2"].motion.T_world_base.x < 2.9 - 0.19
+
+
+def test_a_comeback_starts_the_wheels_anew_but_not_the_body() -> None:
+    world = world_of()
+    join(world, "robot2")
+    live(world, 0.0, 1.0, robot2=(0.4, 0.0))
+    place = world.robots["robot2"].motion.T_world_base
+    join(world, "robot2", 1.0)
+    assert world.robots["robot2"].T_wheel_base == IDENTITY
+    assert world.robots["robot2"].motion.T_world_base == place
+
+
+def test_a_command_of_somebody_without_a_body_moves_nothing() -> None:
+    world = world_of()
+    word = MotionCommand(speed_m_s=1.0, turn_rate_rad_s=0.0)
+    assert world.handle(heard("body", "server", word), 0.0) == []
+    assert world.handle(heard("body", "robot1", Finished(ended="explored")), 0.0) == []
+    assert world.finished is None
+
+
+def test_time_that_does_not_pass_moves_nothing() -> None:
+    world = world_of()
+    live(world, 0.0, 0.5, robot1=(0.3, 0.0))
+    before = world.robots["robot1"].motion
+    world.tick(0.5)
+    assert world.robots["robot1"].motion == before
+
+
+def test_a_process_that_left_stops_its_body() -> None:
+    world = world_of()
+    join(world, "robot1")
+    live(world, 0.0, 0.5, robot1=(0.5, 0.0))
+    (note,) = world.handle(PeerLeft("body", "robot1"), 0.5)
+    assert isinstance(note, Note)
+    assert "robot1 is gone" in note.text
+    assert not world.robots["robot1"].connected
+    assert world.robots["robot1"].command == (0.0, 0.0)
+
+
+def test_without_a_server_the_mission_fails_unless_it_was_over() -> None:
+    world = world_of()
+    assert world.handle(PeerLeft("body", "stranger"), 0.0) == []
+    assert Stop("failed") in world.handle(PeerLeft("body", "server"), 0.0)
+    assert world.handle(heard("clock", "server", Finished(ended="explored")), 0.0) == [
+        Stop("explored")
+    ]
+    assert world.handle(PeerLeft("body", "server"), 0.0) == []
+
+
+def test_radio_frames_are_passed_on_byte_for_byte() -> None:
+    world = world_of()
+    up = passing("radio", "robot1", "server", PauseRequest(robot="a"))
+    assert world.handle(up, 0.0) == [PassOn("uplink", "server", up.frame)]
+    across = passing("radio", "robot1", "*", PauseRequest(robot="a"))
+    assert world.handle(across, 0.0) == [PassOn("radio", "robot2", across.frame)]
+    down = passing("uplink", "server", "robot2", PauseRequest(robot="a"))
+    assert world.handle(down, 0.0) == [PassOn("radio", "robot2", down.frame)]
+    assert set(world.relay.ledger.sent) == {
+        ("robot1", "server", "pause_request"),
+        ("robot1", "robot2", "pause_request"),
+        ("server", "robot2", "pause_request"),
+    }
+
+
+def test_rubbish_is_noted() -> None:
+    (note,) = world_of().handle(Rejected("body", "robot1", "not msgpack"), 0.0)
+    assert note == Note("warning", "dropped a frame of robot1: not msgpack")
+
+
+def test_the_judge_knocks_until_it_hears_and_asks_for_what_it_missed() -> None:
+    world = world_of()
+    hello = Send("uplink", "server", Hello(role="observer"))
+    assert hello not in world.tick(0.0)
+    assert hello in world.tick(0.1)
+    assert world.handle(passing("uplink", "server", "world", delta(1, 0, 0, 2, 2)), 0.1) == []
+    assert hello not in world.tick(0.2)
+    missed = world.handle(passing("uplink", "server", "world", delta(5, 0, 0, 2, 2)), 0.2)
+    assert missed == [Send("uplink", "server", MapRequest(have=1))]
+    header = Header("map_delta", "server", "world", 1, 0.0)
+    (note,) = world.handle(Passing("uplink", header, [b"", b""]), 0.3)
+    assert isinstance(note, Note)
+    assert "cannot read" in note.text
+
+
+def test_a_wanted_coverage_ends_the_mission_once() -> None:
+    world = world_of(stop_at_coverage=0.9)
+    live(world, 0.0, 1.0)
+    world.handle(passing("uplink", "server", "world", whole_truth(1)), 1.0)
+    stops = [m for m in sent(live(world, 1.0, 3.0), "server") if isinstance(m, StopRequest)]
+    assert stops == [StopRequest(ended="coverage")]
+    assert world.judge.timeline[-1][1] == pytest.approx(1.0)
+
+
+def test_a_mission_cannot_outlast_its_limit_for_long() -> None:
+    world = world_of(time_limit=1.0)
+    assert Stop("time_limit") not in world.tick(30.9)
+    assert Stop("time_limit") in world.tick(31.1)
+    assert world.next_deadline() == pytest.approx(31.1 + 0.5 * DT)
+
+
+FAULTS = (
+    ScriptedFault(at_s=0.5, robot="robot1", kind="kill"),
+    ScriptedFault(at_s=0.2, robot="robot2", kind="freeze", duration_s=0.2),
+    ScriptedFault(at_s=0.6, robot="robot2", kind="restart"),
+    ScriptedFault(at_s=0.1, robot="robot1", kind="cut_link", duration_s=0.15),
+)
+
+
+def test_scripted_faults_strike_on_time_and_in_order() -> None:
+    world = world_of(faults=FAULTS)
+    join(world, "robot1")
+    join(world, "robot2")
+    struck = []
+    for k in range(1, 9):
+        now = round(k * DT, 6)
+        struck += [(now, e.peer, e.kind) for e in world.tick(now) if isinstance(e, Strike)]
+        frame = passing("radio", "robot1", "server", PauseRequest(robot="a"))
+        assert bool(world.handle(frame, now)) == (now >= 0.3)
+    assert struck == [
+        (0.2, "robot2", "freeze"),
+        (0.4, "robot2", "thaw"),
+        (0.5, "robot1", "kill"),
+        (0.6, "robot2", "restart"),
+    ]
+    assert not world.robots["robot1"].connected
+    assert not world.robots["robot2"].connected
+
+
+def test_the_same_seed_gives_the_same_world() -> None:
+    def ends(seed: int) -> list[Pose2]:
+        world = world_of(seed=seed)
+        live(world, 0.0, 1.0, robot1=(0.3, 0.5), robot2=(0.3, 0.1))
+        return [robot.T_wheel_base for robot in world.robots.values()]
+
+    assert ends(3) == ends(3)
+    assert ends(3) != ends(4)
