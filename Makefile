@@ -61,14 +61,17 @@ coverage: setup
 	done; \
 	test -z "$$failed" || { echo "branch coverage below $(COVERAGE_MIN) %:$$failed" >&2; exit 1; }
 
+# Compiled once before the workers start, which would otherwise all do it at the same time.
 tests: setup
+	$(BIN)/python -c "from expedition.warm_up import warm_up; warm_up(print)"
 	$(BIN)/pytest -n $(WORKERS) --dist loadgroup
 
 bench: setup
 	$(BIN)/python -m benchmarks.kernels
 
 docs: setup
-	$(BIN)/python docs/settings_page.py
+	$(BIN)/python -m docs.generate_settings
+	$(BIN)/python -m docs.generate_messages
 
 clean:
 	rm -rf .venv .coverage .coverage.* htmlcov .pytest_cache .mypy_cache .ruff_cache .hypothesis \

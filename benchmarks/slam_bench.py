@@ -144,9 +144,7 @@ def plan_waypoints(floor: Floor, length: float, rng: np.random.Generator, start:
     way, total = [points[here]], 0.0
     first = here
     while total < length or here != first:
-        distance, before = dijkstra(
-            graph, directed=False, indices=here, return_predecessors=True
-        )
+        _, before = dijkstra(graph, directed=False, indices=here, return_predecessors=True)
         goal = first if total >= length else int(rng.choice(np.flatnonzero(reachable)))
         chain = [goal]
         while chain[-1] != here:
@@ -170,9 +168,7 @@ def drive(waypoints: Floats, speed: float = 0.5, turn: float = 1.0, dt: float = 
             target += 1
         if target == len(waypoints):
             break
-        off = wrap_angle(
-            math.atan2(waypoints[target][1] - y, waypoints[target][0] - x) - heading
-        )
+        off = wrap_angle(math.atan2(waypoints[target][1] - y, waypoints[target][0] - x) - heading)
         rate = max(-turn, min(turn, 2.5 * off))
         v = speed * max(0.0, 1.0 - abs(off) / 0.8)
         x += v * dt * math.cos(heading + 0.5 * rate * dt)
@@ -292,9 +288,7 @@ def judge_map(floor: Floor, tour: Tour, outcome: Outcome, threshold: float = 0.4
             tour.ranges[k], tour.lidar.bearing_start, tour.lidar.bearing_step,
             tour.lidar.range_max, 0.0,
         )  # fmt: skip
-        integrate_scan(
-            seen, scan, Pose2(*tour.truth[k]), IntegrationSettings(clear_margin=0.0)
-        )
+        integrate_scan(seen, scan, Pose2(*tour.truth[k]), IntegrationSettings(clear_margin=0.0))
     looked = ndimage.binary_dilation(seen.log_odds < -0.5) & ~floor.solid
     cells = np.argwhere(looked)
     grid = outcome.slam.grid
@@ -335,7 +329,9 @@ WORLDS: dict[str, tuple[str, tuple[float, float]]] = {
 }
 
 
-def tour_for(world: str, maps: Path, seed: int, length: float, cache: Path | None) -> tuple[Floor, Tour]:
+def tour_for(
+    world: str, maps: Path, seed: int, length: float, cache: Path | None
+) -> tuple[Floor, Tour]:
     if world == "hall":
         floor, start = empty_hall(), (10.0, 4.0)
     else:

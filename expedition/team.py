@@ -1,4 +1,4 @@
-"""A team: one TOML file says everything about a mission; the command line may override any of it."""
+"""A team: one TOML file says everything about a mission; the command line may override it."""
 
 from __future__ import annotations
 
@@ -103,8 +103,9 @@ class TeamSettings(_Settings):
         known = {member.name for member in self.members()}
         for fault in self.world.faults:
             if fault.robot not in known:
+                names_known = ", ".join(sorted(known))
                 raise ValueError(
-                    f"a fault names the robot {fault.robot!r}: use one of {', '.join(sorted(known))}"
+                    f"a fault names the robot {fault.robot!r}: use one of {names_known}"
                 )
         return self
 

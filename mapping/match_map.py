@@ -95,6 +95,7 @@ class MatchMap:
             prior_covariance,
             self.settings.matching,
             window,
+            (scan.T_base_laser.x, scan.T_base_laser.y),
         )
 
     def posterior_density(

@@ -136,10 +136,10 @@ def ascend(
         points, pose, closest, surfels, lattice, sigma, outlier, beam_weight, prior, information,
         gradient, hessian,
     )  # fmt: skip
-    damping = 0.0
+    damping, refused = 0.0, False
     for taken in range(1, iterations + 1):
         while not _newton_step(gradient, hessian, damping, step):
-            damping = max(4.0 * damping, 0.1)
+            damping = max(10.0 * damping, 0.1)
             if damping > 1e6:
                 return False, taken, value
         size = max(abs(step[0]), abs(step[1]), lever * abs(step[2]))
@@ -155,9 +155,13 @@ def ascend(
             pose[:] = trial
             gradient[:] = new_gradient
             hessian[:] = new_hessian
-            damping = 0.0 if damping < 0.1 else 0.25 * damping
+            # At a crease between two surfels steps would go to and fro: stay damped after one.
+            if not refused:
+                damping = 0.0 if damping < 0.1 else 0.1 * damping
+            refused = False
         else:
-            damping = max(4.0 * damping, 0.1)
+            damping = max(10.0 * damping, 0.1)
+            refused = True
         if size < tolerance:
             return True, taken, value
     return False, iterations, value
@@ -167,6 +171,7 @@ def ascend(
 def climb(
     points: Floats,
     pose: Floats,
+    laser: tuple[float, float],
     closest: npt.NDArray[np.int32],
     surfels: Floats,
     log_odds: npt.NDArray[np.float32],
@@ -182,6 +187,7 @@ def climb(
     """Ascend once per widening and judge the pose reached; `pose` (3,) is start and result.
 
     Args:
+        laser: where the beams start, see `accumulate_information`.
         perception: (sigma [m], outlier, beam_weight).
         limits: (iterations per widening, tolerance [m], lever [m]).
         covariance: (3, 3), filled with the inverse of prior plus scan information.
@@ -201,8 +207,8 @@ def climb(
         total += steps
     seen = np.zeros((3, 3))
     known, explained = accumulate_information(
-        points, (pose[0], pose[1], pose[2]), closest, surfels, log_odds, lattice, sigma, outlier,
-        known_above, seen,
+        points, (pose[0], pose[1], pose[2]), laser, closest, surfels, log_odds, lattice, sigma,
+        outlier, known_above, seen,
     )  # fmt: skip
     invert(information + beam_weight * seen, covariance)
     return converged, total, value, known, explained

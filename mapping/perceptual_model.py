@@ -28,6 +28,11 @@ from mapping.geometry import Floats, Pose2
 from mapping.grid import GridGeometry
 from mapping.surface_map import SurfaceMap, layer_of
 
+# An end point this far behind a wall [m] contradicts the map ...
+BEHIND = 0.4
+# ... when the wall's log-odds are above this: seen by several scans.
+BLOCKING = 2.0
+
 
 @dataclass(frozen=True, slots=True)
 class PerceptionSettings:
@@ -166,6 +171,7 @@ def accumulate_likelihood(
 def accumulate_information(
     points: Floats,
     pose: tuple[float, float, float],
+    laser: tuple[float, float],
     closest: npt.NDArray[np.int32],
     surfels: Floats,
     log_odds: npt.NDArray[np.float32],
@@ -181,17 +187,20 @@ def accumulate_information(
     so a scan that says nothing of a direction adds nothing there, exactly.
 
     Args:
+        laser: where the beams start (x, y) [m], base frame; not a number if not known.
         known_above: a cell is known where the log-odds exceed this in size.
         information: (3, 3), filled here.
 
     Returns:
-        Number of end points in known cells or at walls, and how many of these lie within 3 sigma
-        of a wall.
+        Number of end points about which the map has an opinion (at a wall, in a known cell, or
+        behind a wall), and how many of these lie within 3 sigma of a wall.
     """
     _, rows, cols = closest.shape
     px, py, theta = pose
     c, s = math.cos(theta), math.sin(theta)
     origin_x, origin_y, resolution = lattice
+    laser_x = (px + c * laser[0] - s * laser[1] - origin_x) / resolution
+    laser_y = (py + s * laser[0] + c * laser[1] - origin_y) / resolution
     inverse = 1.0 / (sigma * sigma)
     known = explained = 0
     information[:] = 0.0
@@ -200,14 +209,9 @@ def accumulate_information(
         ry = s * points[i, 0] + c * points[i, 1]
         fx = (px + rx - origin_x) / resolution
         fy = (py + ry - origin_y) / resolution
-        if not (0.0 <= fx < cols and 0.0 <= fy < rows):
-            continue
-        iy, ix = int(fy), int(fx)
-        k = closest[
-            layer_of(c * points[i, 2] - s * points[i, 3], s * points[i, 2] + c * points[i, 3]),
-            iy,
-            ix,
-        ]
+        inside = 0.0 <= fx < cols and 0.0 <= fy < rows
+        layer = layer_of(c * points[i, 2] - s * points[i, 3], s * points[i, 2] + c * points[i, 3])
+        k = closest[layer, int(fy), int(fx)] if inside else -1
         q = math.inf
         if k >= 0:
             ex, ey = px + rx - surfels[k, 0], py + ry - surfels[k, 1]
@@ -225,12 +229,33 @@ def accumulate_information(
             information[1, 1] += pull * ayy
             information[1, 2] += pull * ayt
             information[2, 2] += pull * (-ry * axt + rx * ayt)
-        elif abs(log_odds[iy, ix]) > known_above:
+        elif (inside and abs(log_odds[int(fy), int(fx)]) > known_above) or (
+            not math.isnan(laser_x)
+            and _blocked(log_odds, laser_x, laser_y, fx, fy, BEHIND / resolution)
+        ):
             known += 1
     information[1, 0] = information[0, 1]
     information[2, 0] = information[0, 2]
     information[2, 1] = information[1, 2]
     return known, explained
+
+
+@compiled
+def _blocked(
+    log_odds: npt.NDArray[np.float32], x0: float, y0: float, x1: float, y1: float, margin: float
+) -> bool:
+    """Whether a well known wall stands between two points, more than a margin before the second.
+
+    Coordinates and margin are in cells; the way is probed once per cell length.
+    """
+    rows, cols = log_odds.shape
+    dx, dy = x1 - x0, y1 - y0
+    length = math.sqrt(dx * dx + dy * dy)
+    for step in range(1, int(length - margin)):
+        fx, fy = x0 + dx * step / length, y0 + dy * step / length
+        if 0.0 <= fx < cols and 0.0 <= fy < rows and log_odds[int(fy), int(fx)] > BLOCKING:
+            return True
+    return False
 
 
 @compiled

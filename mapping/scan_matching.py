@@ -9,6 +9,7 @@ Source: Simmons et al. 2000, section "Coordinated Mapping"; the search follows O
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -52,7 +53,7 @@ class MatchResult:
         covariance: (3, 3) of (x, y, theta), map frame: inverse of prior plus scan information.
             In a corridor the direction along it keeps the prior's variance.
         fit: share of the known end points that walls explain; 0 if none is known.
-        known: number of end points that fall where the map is known.
+        known: number of end points that fall where the map is known, or behind its walls.
         explained: number of end points that lie at walls.
         value: log of prior times likelihood, up to a constant; compares poses of one scan.
         converged: whether the ascent came to rest.
@@ -77,6 +78,7 @@ def match(
     prior_covariance: Floats,
     settings: MatchSettings,
     window: SearchWindow | None = None,
+    laser_base: tuple[float, float] | None = None,
 ) -> MatchResult:
     """Return the most likely pose of a scan near a guess.
 
@@ -90,6 +92,8 @@ def match(
         settings: how to match.
         window: search this window exhaustively for starts; without it the ascent starts at the
             guess alone.
+        laser_base: where the beams start (x, y) [m], base frame. If given, end points behind well
+            known walls count against the fit.
     """
     information = np.empty((3, 3))
     invert(prior_covariance, information)
@@ -106,7 +110,9 @@ def match(
             settings.search,
         )
     results = [
-        _ascend_from(grid, surfaces, points_base, start, T_map_guess, information, settings)
+        _ascend_from(
+            grid, surfaces, points_base, start, T_map_guess, information, settings, laser_base
+        )
         for start in starts
     ]
     return max(results, key=lambda result: result.value)
@@ -120,6 +126,7 @@ def _ascend_from(
     T_map_prior: Pose2,
     information: Floats,
     settings: MatchSettings,
+    laser_base: tuple[float, float] | None,
 ) -> MatchResult:
     """Ascend from one start and judge the result."""
     geometry, perception = grid.geometry, settings.perception
@@ -128,6 +135,7 @@ def _ascend_from(
     converged, iterations, value, known, explained = climb(
         points_base,
         pose,
+        laser_base or (math.nan, math.nan),
         surfaces.closest,
         surfaces.surfels,
         grid.log_odds,

@@ -17,6 +17,10 @@ NEIGHBOURHOOD = 0.25
 # ... and at most this many beams to either side, which bounds the work close to walls.
 NEIGHBOURS = 12
 
+# The neighbours on one side alone must fit a line this much better than those on both sides
+# (ratio of variances) for a corner.
+CORNER = 0.4
+
 
 def scan_points(scan: LaserScan) -> Floats:
     """Return where the beams hit and which way the surfaces there face, base frame.
@@ -77,28 +81,48 @@ def _hit_points(
 
 @compiled
 def _fit_normals(points: Floats, laser_x: float, laser_y: float) -> None:
-    """Fit a line through the neighbours of each end point; put its normal beside it."""
-    count = points.shape[0]
-    for i in range(count):
-        x0, y0 = points[i, 0], points[i, 1]
-        n = 0
-        sx = sy = sxx = sxy = syy = 0.0
-        for j in range(max(0, i - NEIGHBOURS), min(count, i + NEIGHBOURS + 1)):
-            x, y = points[j, 0] - x0, points[j, 1] - y0
-            if x * x + y * y <= NEIGHBOURHOOD * NEIGHBOURHOOD:
-                n += 1
-                sx += x
-                sy += y
-                sxx += x * x
-                sxy += x * y
-                syy += y * y
-        to_x, to_y = laser_x - x0, laser_y - y0
+    """Fit a line through the neighbours of each end point; put its normal beside it.
+
+    Where the line through the neighbours on both sides fits badly, there is a corner: then the
+    better of the two sides alone counts.
+    """
+    for i in range(points.shape[0]):
+        to_x, to_y = laser_x - points[i, 0], laser_y - points[i, 1]
         distance = math.sqrt(to_x * to_x + to_y * to_y)
         nx, ny = (to_x / distance, to_y / distance) if distance > 0.0 else (1.0, 0.0)
-        if n >= 3:
-            cxx, cxy, cyy = sxx - sx * sx / n, sxy - sx * sy / n, syy - sy * sy / n
-            angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy)
+        count, angle, width = _fit_line(points, i, NEIGHBOURS, NEIGHBOURS)
+        if count >= 3:
+            for before, after in ((NEIGHBOURS, 0), (0, NEIGHBOURS)):
+                beams, side_angle, side_width = _fit_line(points, i, before, after)
+                if beams >= 3 and side_width < CORNER * width:
+                    angle, width = side_angle, side_width / CORNER
             nx, ny = -math.sin(angle), math.cos(angle)
             if nx * to_x + ny * to_y < 0.0:
                 nx, ny = -nx, -ny
         points[i, 2], points[i, 3] = nx, ny
+
+
+@compiled
+def _fit_line(points: Floats, i: int, before: int, after: int) -> tuple[int, float, float]:
+    """Fit a line through end point `i` and its neighbours in the order of the beams.
+
+    Returns:
+        Number of points, direction of the line [rad], and the variance across it [m^2].
+    """
+    x0, y0 = points[i, 0], points[i, 1]
+    n = 0
+    sx = sy = sxx = sxy = syy = 0.0
+    for j in range(max(0, i - before), min(points.shape[0], i + after + 1)):
+        x, y = points[j, 0] - x0, points[j, 1] - y0
+        if x * x + y * y <= NEIGHBOURHOOD * NEIGHBOURHOOD:
+            n += 1
+            sx += x
+            sy += y
+            sxx += x * x
+            sxy += x * y
+            syy += y * y
+    cxx, cxy, cyy = sxx / n - sx * sx / n / n, sxy / n - sx * sy / n / n, syy / n - sy * sy / n / n
+    half = 0.5 * (cxx - cyy)
+    width = 0.5 * (cxx + cyy) - math.sqrt(half * half + cxy * cxy)
+    free = n - 2 if n > 2 else 1
+    return n, 0.5 * math.atan2(2.0 * cxy, cxx - cyy), max(width, 0.0) * n / free

@@ -78,8 +78,8 @@ class SurfaceMap:
         scans: number of scans taken in.
         count: number of surfels.
         cells: (capacity, 3) int32, their layers and cells (layer, iy, ix).
-        sums: (capacity, 4), weight and weighted sums of x, y of the end points [m], map frame, and
-            the number of the scan that the first of them came with.
+        sums: (capacity, 6), number of end points, sums of their x, y [m] and of the directions that
+            their surfaces face, map frame, and the number of the scan the first one came with.
         surfels: (capacity, 6), point (x, y) [m], matrix (a_xx, a_xy, a_yy) and trust, see
             `perceptual_model`.
         occupied: (capacity,) bool, whether the cell is part of a wall now.
@@ -96,7 +96,7 @@ class SurfaceMap:
         self.count = 0
         self.scans = 0
         self.cells: Ids = np.zeros((256, 3), dtype=np.int32)
-        self.sums: Floats = np.zeros((256, 4))
+        self.sums: Floats = np.zeros((256, 6))
         self.surfels: Floats = np.zeros((256, 6))
         self.occupied: npt.NDArray[np.bool_] = np.zeros(256, dtype=np.bool_)
 
@@ -199,14 +199,14 @@ def _add_hits(
             cells[k, 0] = layer
             cells[k, 1] = iy
             cells[k, 2] = ix
-            sums[k, 3] = now
+            sums[k, 5] = now
         if sums[k, 0] >= memory:
             keep = (memory - 1.0) / sums[k, 0]
-            for j in range(3):
+            for j in range(5):
                 sums[k, j] *= keep
         sums[k, 0] += 1.0
-        sums[k, 1] += points[i, 0]
-        sums[k, 2] += points[i, 1]
+        for j in range(4):
+            sums[k, j + 1] += points[i, j]
         dirty[k] = True
     return count
 
@@ -290,8 +290,12 @@ def _fit_surfel(
             j = owned[layer, iy, ix]
             if j < 0:
                 continue
-            w = sums[j, 0]
-            first = min(first, sums[j, 3])
+            # Around a corner the other wall must not bend the line: it counts less.
+            agree = (sums[k, 3] * sums[j, 3] + sums[k, 4] * sums[j, 4]) / (sums[k, 0] * sums[j, 0])
+            if agree <= 0.0:
+                continue
+            w = sums[j, 0] * agree * agree
+            first = min(first, sums[j, 5])
             x = sums[j, 1] / sums[j, 0] - x0
             y = sums[j, 2] / sums[j, 0] - y0
             n += w

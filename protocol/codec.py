@@ -181,7 +181,7 @@ def _unpack(data: bytes) -> object:
 
 def _is_count(value: object) -> bool:
     """Whether a value is a not negative integer of reasonable size."""
-    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
+    return type(value) is int and 0 <= value < 2**53
 
 
 def _arrays(

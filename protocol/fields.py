@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, Any
 
 import numpy as np
@@ -107,6 +108,7 @@ PoseField = Annotated[
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,32}")
 
 
+@lru_cache(maxsize=1024)
 def is_name(text: str) -> bool:
     """Whether a text can be the name of a process, and is safe to print."""
     return _NAME.fullmatch(text) is not None

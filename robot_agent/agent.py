@@ -30,6 +30,8 @@ from robot_agent.team_view import Teammates
 _EPSILON = 1e-9
 _NO_POINTS = np.zeros((0, 2))
 _FULL_TURN = math.radians(340.0)  # a half-turn lidar has then seen every direction twice
+_COMMAND_PERIOD = 0.3  # [s]; shorter than the time after which a body halts by itself
+_HOLDS = Note("debug", "the last command holds")
 _PATH_POINTS = 64  # of its path a robot announces this many points, nearest first
 
 
@@ -58,6 +60,8 @@ class Agent:
         self._speed = 0.0
         self._path_map = np.zeros((0, 2), dtype=np.float32)
         self._news: Sequence[Message] = ()
+        self._commanded: tuple[float, float] | None = None
+        self._next_command = 0.0
         self._next_heartbeat = 0.0
         self._next_hello = 0.0
         self._map_asked = -math.inf
@@ -144,7 +148,7 @@ class Agent:
             mapping.take(self._scan_of(message, mapping), message.T_wheel_base)
             self._points_base = mapping.scan.points_base() if mapping.scan else _NO_POINTS
         mapping.move(message.T_wheel_base)
-        effects = self._look_around(message) or self._drive(message, now)
+        effects = self._look_around(message, now) or self._drive(message, now)
         if not self._welcome:
             return effects
 
@@ -184,7 +188,7 @@ class Agent:
         """Whether the robot has seen all that is around its start."""
         return self._turned >= _FULL_TURN or not self.settings.look_around
 
-    def _look_around(self, frame: BodyFrame) -> list[Effect]:
+    def _look_around(self, frame: BodyFrame, now: float) -> list[Effect]:
         """Turn once on the spot, and on until the server has placed the robot in its map."""
         assert self._joined is not None
         if self._T_wheel_before is not None:
@@ -193,8 +197,7 @@ class Agent:
         if self._ended or (self._looked and self._aligned):
             return []
         rate = (self._joined.body or Body()).drive.turn_rate_max_rad_s
-        turn = MotionCommand(speed_m_s=0.0, turn_rate_rad_s=rate if self._welcome else 0.0)
-        return [Send("body", "world", turn)]
+        return self._command(0.0, rate if self._welcome else 0.0, now) or [_HOLDS]
 
     def _drive(self, frame: BodyFrame, now: float) -> list[Effect]:
         """Let the task in hand drive the body."""
@@ -205,10 +208,19 @@ class Agent:
             now, T_map_base, self._points_base, self._teammates.others, frame.bumped, planning_map
         )
         self._speed, self._path_map = step.speed, step.path_map[:_PATH_POINTS].astype(np.float32)
-        command = MotionCommand(speed_m_s=step.speed, turn_rate_rad_s=step.turn_rate)
+        commands = self._command(step.speed, step.turn_rate, now)
         self._news = step.news
         news = [Send("radio", SERVER, message) for message in step.news]
-        return [Send("body", "world", command), *news]
+        return [*commands, *news]
+
+    def _command(self, speed: float, turn_rate: float, now: float) -> list[Effect]:
+        """Command the body; a command holds for a while, so it is not said again at once."""
+        if (speed, turn_rate) == self._commanded and now < self._next_command - _EPSILON:
+            return []
+        self._commanded = (speed, turn_rate)
+        self._next_command = now + _COMMAND_PERIOD
+        command = MotionCommand(speed_m_s=speed, turn_rate_rad_s=turn_rate)
+        return [Send("body", "world", command)]
 
     def _heartbeat(
         self, mapping: LocalMapping, planning_map: PlanningMap, now: float

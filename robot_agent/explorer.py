@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mapping.coarse_gain import coarsen_classes
+from mapping.coarse_weights import coarsen_weights
 from mapping.frontiers import find_frontiers
 from mapping.gain_cache import GainCache
 from mapping.geometry import Floats, Pose2
@@ -23,6 +24,7 @@ from robot_agent.planning_map import PlanningMap
 from robot_agent.settings import ExplorerSettings
 
 _EPSILON = 1e-9
+_COST_BLOCK = 2  # ways are measured on blocks of so many cells along an edge: four times faster
 _ESCAPE = 0.6  # [m]; a robot that stands too near a wall may leave through this radius
 
 
@@ -79,7 +81,9 @@ class Explorer:
         places, costs, reached = self._costs(T_map_base, frontiers.cells)
         gains, rectangles = self._gains(frontiers.cells[reached])
         if self._settings.openings_limit_gains:
-            gains = self._through_openings(gains, frontiers.component_size[reached] * resolution)
+            gains = self._through_openings(
+                gains, frontiers.component_size[reached].astype(np.float64) * resolution
+            )
         keep = self._best(gains)
         return Bid(
             number=self._number,
@@ -114,11 +118,15 @@ class Explorer:
             _ESCAPE,
             self._body.radius_m,
         )
-        field = cost_field(weights, [start], geometry.resolution)
+        blocks = coarsen_weights(weights, _COST_BLOCK)
+        start_block = (start[0] // _COST_BLOCK, start[1] // _COST_BLOCK)
+        field = cost_field(blocks, [start_block], geometry.resolution * _COST_BLOCK)
         reach = self._body.radius_m + self._settings.reach_m
-        stands = reachable_near(field, cells, reach)
+        stands = reachable_near(field, cells // _COST_BLOCK, reach)
         reached = stands[:, 0] >= 0
-        return geometry.centres_of(stands), field.at(stands), reached
+        corner = np.array([geometry.origin_x, geometry.origin_y])
+        places = corner + (stands[:, ::-1] + 0.5) * (geometry.resolution * _COST_BLOCK)
+        return places, field.at(stands), reached
 
     def _gains(self, cells: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return the expected information [m2] at frontier cells and its rectangles [m]."""

@@ -83,7 +83,7 @@ class TaskWork:
         near = self._settings.arrive_visit_m
         if award.kind != "visit":
             near = self._settings.arrive_explore_m
-        self._navigator.set_goal(award.goal_map, near)
+        self._navigator.set_goal(award.goal_map, near, busy=award.kind != "wait")
         return []
 
     def terminate(self, task: int) -> None:

@@ -17,8 +17,8 @@ class _Settings(BaseModel):
 class MergerSettings(_Settings):
     """How scans of all robots become one map.
 
-    A report counts as contradicting the map when at least `known_least` of its end points fall where
-    the map is known and a smaller share than `fit_least` of them lies at walls.
+    A report counts as contradicting the map when at least `known_least` of its end points fall
+    where the map is known and a smaller share than `fit_least` of them lies at walls.
 
     A robot is tied to the team's map when all its reports so far, together, match it with at least
     `align_points` end points at walls, a share of `align_fit`, and an uncertainty of no more than
@@ -48,7 +48,7 @@ class MapSettings(_Settings):
     p_obstacle: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.65
     p_clear: Annotated[float, Field(gt=0.0, lt=0.5)] = 0.35
     delta_period_s: Positive = 0.3
-    poses_period_s: Positive = 0.3
+    poses_period_s: Positive = 0.5
     teammate_margin_m: NotNegative = 0.25
 
 

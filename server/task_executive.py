@@ -242,10 +242,10 @@ class TaskExecutive:
         return remaining(self._pool, self._tried, self._strategy.min_gain)
 
     def busy(self, robot: str) -> bool:
-        """Whether a robot drives for a task (and is not paused)."""
+        """Whether a robot drives for a task (and is neither paused nor only waiting)."""
         member = self._pool.get(robot)
         task = None if member is None else member.task
-        return task is not None and task.kind != "pause"
+        return task is not None and task.kind not in ("pause", "wait")
 
     def mode(self, robot: str) -> str:
         """Return whose a robot is: `pool`, `visit`, `drive`, `pause`, `lost` or `unknown`."""

@@ -44,7 +44,7 @@ class WorldSettings(_Settings):
     start_error_m: NotNegative = 1.0
     start_error_deg: NotNegative = 20.0
     command_timeout_s: Positive = 0.5
-    judge_period_s: Positive = 1.0
+    judge_period_s: Positive = 2.0
     stop_at_coverage: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
     radio: RadioSettings = RadioSettings()
     faults: tuple[ScriptedFault, ...] = ()

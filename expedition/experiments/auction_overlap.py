@@ -40,7 +40,7 @@ from mapping.scan_integration import integrate_scan
 from sim_world.truth import body_places, reachable_places
 from sim_world.world_file import World, load_world, start_poses
 
-NAME = "auction_overlap"
+NAME = "auction-overlap"
 WORLDS = ("office_single_corridor", "office_parallel_corridors", "obstacle_free", "random_15")
 BIG_WORLDS = (*WORLDS, "random_30", "hospital")
 RESOLUTION = 0.15  # [m] "our grid has 15 cm resolution"

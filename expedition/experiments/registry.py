@@ -3,5 +3,7 @@
 from __future__ import annotations
 
 EXPERIMENTS: dict[str, str] = {
-    "auction_overlap": "expedition.experiments.auction_overlap:run",
+    "auction-environments": "expedition.experiments.auction_environments:run",
+    "auction-hospital": "expedition.experiments.auction_hospital:run",
+    "auction-overlap": "expedition.experiments.auction_overlap:run",
 }

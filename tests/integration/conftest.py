@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from tests.integration.command_line import Outcome
-from tests.integration.teams import ROOT, children_of, title
+from tests.integration.teams import ROOT, children_of, end_all_started, title
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -28,6 +28,7 @@ def nothing_left_behind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, paths)))
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     yield
+    end_all_started()
     for number, handler in before.items():
         signal.signal(number, handler)
     assert [t for p in children_of(os.getpid()) if "expedition" in (t := title(p))] == []

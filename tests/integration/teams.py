@@ -19,6 +19,8 @@ from protocol.effects import Note
 
 ROOT = Path(__file__).parent.parent.parent
 WORLD = "office_single_corridor"
+PATIENCE = 200.0  # [s]; machines that run tests may be busy with much else
+STARTED: list[subprocess.Popen[str]] = []
 
 
 @dataclass
@@ -70,13 +72,24 @@ def events(out: Path) -> list[dict[str, Any]]:
 
 def command(*words: str, cwd: Path) -> subprocess.Popen[str]:
     """Start the command line as a user would."""
-    return subprocess.Popen(
+    process = subprocess.Popen(
         [sys.executable, "-m", "expedition.cli", *words],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         cwd=cwd,
     )
+    STARTED.append(process)
+    return process
+
+
+def end_all_started() -> None:
+    """End what a test that failed left running."""
+    while STARTED:
+        process = STARTED.pop()
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
 
 
 def children_of(pid: int) -> list[psutil.Process]:
@@ -96,7 +109,7 @@ def title(process: psutil.Process) -> str:
         return ""
 
 
-def wait_until(happened: Callable[[], bool], patience: float = 60.0) -> None:
+def wait_until(happened: Callable[[], bool], patience: float = PATIENCE) -> None:
     """Wait for something that other processes do."""
     deadline = time.monotonic() + patience
     while not happened():

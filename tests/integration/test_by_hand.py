@@ -10,13 +10,13 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.integration.teams import WORLD, command, wait_until
+from tests.integration.teams import PATIENCE, WORLD, command, wait_until
 from tests.integration.test_operator import free_port
 
 pytestmark = pytest.mark.slow
 
 
-def ended(process: subprocess.Popen[str], patience: float = 60.0) -> str:
+def ended(process: subprocess.Popen[str], patience: float = PATIENCE) -> str:
     """Wait for a process; return what it wrote to standard error."""
     try:
         _, stderr = process.communicate(timeout=patience)

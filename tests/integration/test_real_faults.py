@@ -16,6 +16,7 @@ from expedition.launch import Progress
 from protocol.codec import Header, encode
 from protocol.messages import Hello, StopRequest, VisitRequest
 from tests.integration.teams import (
+    PATIENCE,
     Told,
     children_of,
     command,
@@ -73,14 +74,14 @@ def test_ctrl_c_ends_a_run_with_its_results_and_leaves_no_process(tmp_path: Path
     agents = [p for p in family if title(p).startswith("expedition agent")]
     wait_until(lambda: all(p.cpu_times().user > 0.2 for p in agents))
     run.send_signal(signal.SIGINT)
-    stdout, stderr = run.communicate(timeout=60)
+    stdout, stderr = run.communicate(timeout=PATIENCE)
     assert run.returncode == 130
     summary = json.loads(stdout)
     assert summary["ended"] == "operator"
     assert summary["problems"] == []
     assert json.loads((out / "summary.json").read_text()) == summary
     assert "Traceback" not in stderr
-    wait_until(lambda: not any(p.is_running() for p in family), 5.0)
+    wait_until(lambda: not any(p.is_running() for p in family), 20.0)
 
 
 def _rubbish(rng: np.random.Generator) -> list[bytes]:

@@ -119,8 +119,8 @@ def test_a_folder_that_cannot_be_written(cli: Cli, tmp_path: Path) -> None:
         (("server", "--strategy", "telepathy"), "choose one of"),
         (("agent", "robot9"), "use robot1, robot2, robot3"),
         (("agent",), "expedition agent --help"),
-        (("experiment", "perpetual_motion"), "use one of auction_overlap"),
-        (("experiment", "auction_overlap", "--seeds", "0"), "--seeds"),
+        (("experiment", "perpetual_motion"), "use one of "),
+        (("experiment", "auction-overlap", "--seeds", "0"), "--seeds"),
         (("dance",), "expedition --help"),
     ],
 )

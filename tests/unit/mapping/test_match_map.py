@@ -10,8 +10,8 @@ from tests.unit.mapping.rectangle import rectangle_scan
 
 def test_grid_and_walls_grow_together_and_stay_in_step():
     built = MatchMap(MapSettings(resolution=0.1))
-    for x in (1.0, -30.0):
-        pose = Pose2(x, 1.0, 0.5)
+    for x in (1.03, -30.02):  # walls off the lattice, not between two rows of cells
+        pose = Pose2(x, 1.04, 0.5)
         box = built.insert(rectangle_scan(Pose2(1.0, 1.0, 0.5), beams=40), pose)
         assert not box.empty
         assert built.surfaces.closest.shape[1:] == built.grid.geometry.shape

@@ -118,11 +118,9 @@ def test_one_that_believes_to_be_outside_the_map_reaches_nothing() -> None:
     assert len(bid.unreachable_map) > 0
 
 
-@pytest.mark.parametrize(
-    "settings", [{"weigh_by_probability": False}, {"openings_limit_gains": False}]
-)
-def test_the_settings_that_simmons_left_open(settings: dict[str, object]) -> None:
-    plain, _ = explorer_in(hall(), **settings)
+@pytest.mark.parametrize("setting", ["weigh_by_probability", "openings_limit_gains"])
+def test_refinements_can_be_turned_off(setting: str) -> None:
+    plain, _ = explorer_in(hall(), **{setting: False})
     assert (bid_of(plain).gains > 0.0).all()
 
 

@@ -22,6 +22,7 @@ from tests.unit.rooms import heard, room, scan_in, sent
 
 ROOM = room()
 ROBOTS = ("robot1", "robot2")
+POSES = ServerSettings().map.poses_period_s
 
 
 class Rig:
@@ -187,7 +188,7 @@ def test_an_observer_gets_the_map_and_all_that_is_published(rig: Rig) -> None:
     assert snapshot.number == 1
     rig.hello("console", "observer")
     rig.beat("robot1")
-    assert len(of_type(rig.tick(0.4), words.TeamPoses, "console")) == 1
+    assert len(of_type(rig.tick(POSES), words.TeamPoses, "console")) == 1
 
 
 def test_an_operator_gets_no_map(rig: Rig) -> None:
@@ -250,13 +251,13 @@ def test_the_whole_map_is_sent_to_who_asks_once_there_is_one(rig: Rig) -> None:
 
 def test_the_team_hears_where_everybody_is(rig: Rig) -> None:
     rig.beat("robot1", Pose2(0.5, 0.0, 0.0), speed=0.2)
-    (poses,) = of_type(rig.tick(0.4), words.TeamPoses, "robot1")
+    (poses,) = of_type(rig.tick(POSES), words.TeamPoses, "robot1")
     assert poses.robots == ("robot1",)
     assert poses.poses_map[0, 1:3] == pytest.approx([0.5, 0.0])
     assert poses.path_lengths == (1,)
     silent = Rig()
     silent.hello("robot1")
-    assert of_type(silent.tick(0.4), words.TeamPoses) == []
+    assert of_type(silent.tick(POSES), words.TeamPoses) == []
 
 
 # --- silence and rubbish -----------------------------------------------------------------------

@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from mapping.geometry import Pose2
@@ -22,9 +23,7 @@ def judge() -> Judge:
     return Judge(CoverageJudge.for_starts(solid, geometry, [(0.0, 0.0)], 0.2), 0.65, 0.35)
 
 
-def log_odds(
-    rows: int, cols: int, value: float = -3.0
-) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
+def log_odds(rows: int, cols: int, value: float) -> npt.NDArray[np.float32]:
     return np.full((rows, cols), value, dtype=np.float32)
 
 
