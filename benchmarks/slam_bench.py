@@ -9,6 +9,7 @@ plan; nothing of it is shared with the estimators, nor with the simulator of the
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 import sys
 import time
@@ -158,6 +159,22 @@ def plan_waypoints(floor: Floor, length: float, rng: np.random.Generator, start:
     return ndimage.gaussian_filter1d(np.array(way), 1.0, axis=0, mode="nearest")
 
 
+def hall_waypoints(rng: np.random.Generator, size: float = 20.0, crossings: int = 8) -> Floats:
+    """Waypoints [m] once along the walls of a hall, then across its blind middle again and again."""
+    near, far = 2.6, size - 2.4
+    corners = [(5.0, near), (far, near), (far, far), (near, far), (near, near), (9.0, near)]
+    for _ in range(crossings):
+        side = rng.integers(4)
+        along = rng.uniform(near, far)
+        corners.append([(along, near), (along, far), (near, along), (far, along)][side])
+        corners.append((rng.uniform(8.0, 12.0), rng.uniform(8.0, 12.0)))
+    pieces = [
+        np.linspace(a, b, max(2, round(math.dist(a, b) / 0.15)), endpoint=False)
+        for a, b in itertools.pairwise(corners)
+    ]
+    return ndimage.gaussian_filter1d(np.vstack(pieces), 2.0, axis=0, mode="nearest")
+
+
 def drive(waypoints: Floats, speed: float = 0.5, turn: float = 1.0, dt: float = 0.1) -> Floats:
     """Follow waypoints with a carrot; return poses every `dt` seconds (N, 3)."""
     x, y = waypoints[0]
@@ -179,10 +196,13 @@ def drive(waypoints: Floats, speed: float = 0.5, turn: float = 1.0, dt: float = 
 
 
 def simulate(
-    floor: Floor, length: float, seed: int, start: tuple[float, float], lidar: Lidar
+    floor: Floor, length: float, seed: int, start: tuple[float, float] | None, lidar: Lidar
 ) -> Tour:
     rng = np.random.default_rng(seed)
-    poses = drive(plan_waypoints(floor, length, rng, np.array(start)))
+    if start is None:
+        poses = drive(hall_waypoints(rng))
+    else:
+        poses = drive(plan_waypoints(floor, length, rng, np.array(start)))
     kept, increments, ranges = [poses[0]], [np.zeros(3)], []
     total = Pose2(0.0, 0.0, 0.0)
     for k in range(1, len(poses)):
@@ -333,7 +353,7 @@ def tour_for(
     world: str, maps: Path, seed: int, length: float, cache: Path | None
 ) -> tuple[Floor, Tour]:
     if world == "hall":
-        floor, start = empty_hall(), (10.0, 4.0)
+        floor, start = empty_hall(), None
     else:
         floor, start = load_floor(maps / WORLDS[world][0]), WORLDS[world][1]
     kept = None if cache is None else cache / f"{world}-{seed}-{length:.0f}.npz"

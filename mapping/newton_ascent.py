@@ -16,6 +16,10 @@ from mapping.compiled import compiled
 from mapping.geometry import Floats
 from mapping.perceptual_model import accumulate_information, accumulate_likelihood, best_trust
 
+# Share of the strongest information [by eigenvalues] that may be an echo of the map's noise: that
+# of a wall whose surfels' directions are off by seven degrees.
+UNSEEN_SHARE = 0.015
+
 
 @compiled
 def evaluate(
@@ -210,8 +214,58 @@ def climb(
         points, (pose[0], pose[1], pose[2]), laser, closest, surfels, log_odds, lattice, sigma,
         outlier, known_above, seen,
     )  # fmt: skip
-    invert(information + beam_weight * seen, covariance)
+    _settle(pose, prior, information, beam_weight * seen, limits[2], covariance)
     return converged, total, value, known, explained
+
+
+@compiled
+def _settle(
+    pose: Floats,
+    prior: tuple[float, float, float],
+    information: Floats,
+    seen: Floats,
+    lever: float,
+    covariance: Floats,
+) -> None:
+    """Take back what the scan seemed to say of directions of which it says nothing.
+
+    Along a bare wall the directions of its surfels differ a little, by noise alone. Each scan would
+    find a trace of a hold there, always the same one, and the sum of many scans a firm one: the
+    pose would lag behind and its covariance would lie. So the information is lowered in all
+    directions by a small share of the strongest, and `pose` moves to where the maximum lies then;
+    `covariance` (3, 3) is filled with the inverse of what remains together with the prior.
+
+    Args:
+        information: (3, 3) of the prior.
+        seen: (3, 3) of the scan, changed here.
+
+    Source: Zhang, Kaess & Singh 2016, "On degeneracy of optimization-based state estimation
+    problems", with a soft instead of a hard threshold.
+    """
+    scale = np.array([1.0, 1.0, lever])
+    for i in range(3):
+        for j in range(3):
+            seen[i, j] /= scale[i] * scale[j]
+    strengths, directions = np.linalg.eigh(seen)
+    offset = np.array([pose[0] - prior[0], pose[1] - prior[1], pose[2] - prior[2]])
+    offset[2] -= 2.0 * math.pi * math.floor(offset[2] / (2.0 * math.pi) + 0.5)
+    taken = np.zeros(3)
+    remaining = information.copy()
+    for k in range(3):
+        kept = max(0.0, strengths[k] - UNSEEN_SHARE * strengths[2])
+        along = 0.0
+        for i in range(3):
+            for j in range(3):
+                # At the maximum the scan's pull balances the prior's.
+                along += directions[i, k] / scale[i] * information[i, j] * offset[j]
+                remaining[i, j] += kept * directions[i, k] * directions[j, k] * scale[i] * scale[j]
+        lost = 1.0 - kept / strengths[k] if strengths[k] > 0.0 else 1.0
+        for i in range(3):
+            taken[i] += lost * along * directions[i, k] * scale[i]
+    invert(remaining, covariance)
+    for i in range(3):
+        for j in range(3):
+            pose[i] -= covariance[i, j] * taken[j]
 
 
 @compiled

@@ -32,7 +32,8 @@ class IntegrationSettings:
         fill_between: whether the space between two neighbouring beams counts as seen as far as the
             shorter one, so that a few scans leave no comb of unseen cells far out. Cells that
             count as occupied are neither cleared nor passed that way. And two neighbouring end
-            points within `surface_gap` are taken to lie on one surface, without holes.
+            points within `surface_gap` are taken to lie on one surface, without holes, wherever
+            nothing was seen to be free.
         surface_gap: see `fill_between` [m]; less than any opening a robot could pass.
     """
 
@@ -204,7 +205,9 @@ def _integrate(
             for j in range(1, pieces):
                 iy = math.floor((ends[i, 1] + dy * j / pieces - origin_y) / resolution)
                 ix = math.floor((ends[i, 0] + dx * j / pieces - origin_x) / resolution)
-                if iy0 <= iy < iy1 and ix0 <= ix < ix1 and seen[iy - iy0, ix - ix0] == 0:
+                if not (iy0 <= iy < iy1 and ix0 <= ix < ix1) or log_odds[iy, ix] < 0.0:
+                    continue
+                if seen[iy - iy0, ix - ix0] == 0:
                     seen[iy - iy0, ix - ix0] = 1
                     log_odds[iy, ix] = min(np.float32(highest), log_odds[iy, ix] + np.float32(hit))
     for i in range(ends.shape[0]):

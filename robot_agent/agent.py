@@ -31,7 +31,6 @@ _EPSILON = 1e-9
 _NO_POINTS = np.zeros((0, 2))
 _FULL_TURN = math.radians(340.0)  # a half-turn lidar has then seen every direction twice
 _COMMAND_PERIOD = 0.3  # [s]; shorter than the time after which a body halts by itself
-_HOLDS = Note("debug", "the last command holds")
 _PATH_POINTS = 64  # of its path a robot announces this many points, nearest first
 
 
@@ -148,7 +147,11 @@ class Agent:
             mapping.take(self._scan_of(message, mapping), message.T_wheel_base)
             self._points_base = mapping.scan.points_base() if mapping.scan else _NO_POINTS
         mapping.move(message.T_wheel_base)
-        effects = self._look_around(message, now) or self._drive(message, now)
+        if self._looks_around(message):
+            rate = (self._joined.body or Body()).drive.turn_rate_max_rad_s
+            effects = self._command(0.0, rate if self._welcome else 0.0, now)
+        else:
+            effects = self._drive(message, now)
         if not self._welcome:
             return effects
 
@@ -188,16 +191,13 @@ class Agent:
         """Whether the robot has seen all that is around its start."""
         return self._turned >= _FULL_TURN or not self.settings.look_around
 
-    def _look_around(self, frame: BodyFrame, now: float) -> list[Effect]:
-        """Turn once on the spot, and on until the server has placed the robot in its map."""
-        assert self._joined is not None
+    def _looks_around(self, frame: BodyFrame) -> bool:
+        """Whether to turn on the spot: once, and on until the server has placed the robot."""
         if self._T_wheel_before is not None:
-            self._turned += abs(wrap_angle(frame.T_wheel_base.theta - self._T_wheel_before.theta))
+            turned = wrap_angle(frame.T_wheel_base.theta - self._T_wheel_before.theta)
+            self._turned += abs(turned)
         self._T_wheel_before = frame.T_wheel_base
-        if self._ended or (self._looked and self._aligned):
-            return []
-        rate = (self._joined.body or Body()).drive.turn_rate_max_rad_s
-        return self._command(0.0, rate if self._welcome else 0.0, now) or [_HOLDS]
+        return not self._ended and not (self._looked and self._aligned)
 
     def _drive(self, frame: BodyFrame, now: float) -> list[Effect]:
         """Let the task in hand drive the body."""

@@ -79,5 +79,5 @@ def test_the_whole_experiment_on_little(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(auction_overlap, "RESOLUTION", 0.4)
     result = run(ExperimentOptions(True, 1, 1, tmp_path / "out"))
     assert [row["world"] for row in result.rows] == ["obstacle_free", "all"]
-    assert (tmp_path / "out" / "auction_overlap.png").stat().st_size > 1000
+    assert (tmp_path / "out" / "auction-overlap.png").stat().st_size > 1000
     assert result.name == "auction-overlap"

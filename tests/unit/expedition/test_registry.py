@@ -15,7 +15,8 @@ from expedition.experiments.registry import EXPERIMENTS
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_every_experiment_keeps_the_form(name: str) -> None:
     entry = EXPERIMENTS[name]
-    assert entry == f"expedition.experiments.{name}:run"
+    module = name.replace("-", "_")
+    assert entry == f"expedition.experiments.{module}:run"
     experiment = load_experiment(entry)
     assert list(inspect.signature(experiment).parameters) == ["options"]
     assert typing.get_type_hints(experiment) == {

@@ -84,7 +84,7 @@ def surfels_under(room: MatchMap, points, pose: Pose2):
 @settings(max_examples=25, deadline=None)
 def test_gradient_and_hessian_match_differences(room, dx, dy, dt):
     points = seen_here(beams=31)
-    at, step = HERE.as_array() + (dx, dy, dt), 1e-6
+    at, step = HERE.as_array() + np.array([dx, dy, dt]), 1e-6
     offsets = [sign * step * row for row in np.eye(3) for sign in (1.0, -1.0)]
     under = [surfels_under(room, points, Pose2(*(at + offset))) for offset in offsets]
     steady = points[(np.array(under) == under[0]).all(axis=0)]

@@ -131,9 +131,25 @@ def test_filling_between_leaves_no_comb_of_unseen_cells():
     scan = LaserScan(ranges, -0.4, 0.1, 3.0, 0.0)
     plain, filled = blank(), blank()
     integrate_scan(plain, scan, HERE)
-    integrate_scan(filled, scan, HERE, IntegrationSettings(fill_between=True))
+    settings = IntegrationSettings(fill_between=True, surface_gap=0.0)
+    integrate_scan(filled, scan, HERE, settings)
     assert (filled.log_odds < 0.0).sum() > 1.2 * (plain.log_odds < 0.0).sum()
     assert np.array_equal(filled.log_odds > 0.0, plain.log_odds > 0.0)
+
+
+def test_neighbouring_end_points_lie_on_one_surface():
+    ranges = np.full(9, 2.5, dtype=np.float32)
+    scan = LaserScan(ranges, -0.4, 0.1, 3.0, 0.0)  # end points 0.25 m apart
+    settings = IntegrationSettings(fill_between=True)
+    grid = blank()
+    integrate_scan(grid, scan, HERE, settings)
+    wall = grid.log_odds > 0.0
+    columns = grid.geometry.cells_at(scan.points_base())[:, 0]
+    assert all(wall[iy].any() for iy in range(columns.min(), columns.max() + 1))
+    # What was seen free stays free: a surface is only guessed where nothing speaks against it.
+    grid.log_odds[:] = -1.0
+    integrate_scan(grid, scan, HERE, settings)
+    assert (grid.log_odds > -1.0).sum() <= len(ranges)
 
 
 def test_walls_come_out_thin_and_the_floor_before_them_clear():

@@ -53,7 +53,7 @@ class Rig:
         choose: ChooseWaitingPlaces | None = None,
         **settings: Any,
     ) -> None:
-        self.settings = ExecutiveSettings(**settings)
+        self.settings = ExecutiveSettings(**{"max_tries": 3, **settings})
         self.executive = TaskExecutive(self.settings, load_strategy(strategy), choose, strategy)
         self.now = 0.0
         self.numbers = 0
