@@ -21,7 +21,7 @@ class PlanningMapSettings(_Settings):
     """
 
     p_obstacle: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.65
-    p_clear: Annotated[float, Field(gt=0.0, lt=0.5)] = 0.35
+    p_clear: Annotated[float, Field(gt=0.0, lt=0.5)] = 0.4
     clearance_limit_m: Positive = 0.7
     comfort_m: Positive = 0.6
     resolution_m: Positive = 0.05

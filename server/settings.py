@@ -42,11 +42,12 @@ class MergerSettings(_Settings):
 class MapSettings(_Settings):
     """Which cells count as what, and how often the map is published.
 
-    p_obstacle and p_clear are the thresholds p_o and p_c of Simmons et al. 2000.
+    p_obstacle and p_clear are the thresholds p_o and p_c of Simmons et al. 2000. A cell that one
+    scan saw free, and no other, counts as clear: robots must not have to look at everything twice.
     """
 
     p_obstacle: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.65
-    p_clear: Annotated[float, Field(gt=0.0, lt=0.5)] = 0.35
+    p_clear: Annotated[float, Field(gt=0.0, lt=0.5)] = 0.4
     delta_period_s: Positive = 0.3
     poses_period_s: Positive = 0.5
     teammate_margin_m: NotNegative = 0.25
