@@ -160,7 +160,7 @@ def plan_waypoints(floor: Floor, length: float, rng: np.random.Generator, start:
 
 
 def hall_waypoints(rng: np.random.Generator, size: float = 20.0, crossings: int = 8) -> Floats:
-    """Waypoints [m] once along the walls of a hall, then across its blind middle again and again."""
+    """Waypoints [m] once along the walls of a hall, then across its blind middle many times."""
     near, far = 2.6, size - 2.4
     corners = [(5.0, near), (far, near), (far, far), (near, far), (near, near), (9.0, near)]
     for _ in range(crossings):

@@ -182,6 +182,7 @@ def climb(
     lattice: tuple[float, float, float],
     perception: tuple[float, float, float],
     widenings: Floats,
+    probes: Floats,
     prior: tuple[float, float, float],
     information: Floats,
     limits: tuple[int, float, float],
@@ -193,6 +194,7 @@ def climb(
     Args:
         laser: where the beams start, see `accumulate_information`.
         perception: (sigma [m], outlier, beam_weight).
+        probes: headings off by these angles [rad] are tried as starts of the last ascent.
         limits: (iterations per widening, tolerance [m], lever [m]).
         covariance: (3, 3), filled with the inverse of prior plus scan information.
 
@@ -204,6 +206,11 @@ def climb(
     beam_weight /= best_trust(points, prior, closest, surfels, lattice)
     converged, total, value = True, 0, 0.0
     for widening in widenings:
+        if widening == widenings[-1]:
+            total += _probe(
+                points, pose, closest, surfels, lattice, sigma * widening, outlier, beam_weight,
+                prior, information, probes,
+            )  # fmt: skip
         converged, steps, value = ascend(
             points, pose, closest, surfels, lattice, sigma * widening, outlier, beam_weight, prior,
             information, limits[0], limits[1], limits[2],
@@ -216,6 +223,48 @@ def climb(
     )  # fmt: skip
     _settle(pose, prior, information, beam_weight * seen, limits[2], covariance)
     return converged, total, value, known, explained
+
+
+@compiled
+def _probe(
+    points: Floats,
+    pose: Floats,
+    closest: npt.NDArray[np.int32],
+    surfels: Floats,
+    lattice: tuple[float, float, float],
+    sigma: float,
+    outlier: float,
+    beam_weight: float,
+    prior: tuple[float, float, float],
+    information: Floats,
+    probes: Floats,
+) -> int:
+    """Move `pose` to the likeliest of itself, the prior's mean and headings a little off.
+
+    In a doorway, where most of what is seen is new, headings a degree off can make maxima of their
+    own, in which a blurred ascent may end.
+
+    Returns:
+        Number of poses tried.
+    """
+    gradient, hessian = np.empty(3), np.empty((3, 3))
+    found = pose.copy()
+    trial = pose.copy()
+    best = -math.inf
+    for k in range(-2, len(probes)):
+        trial[:] = found
+        if k == -1:
+            trial[0], trial[1], trial[2] = prior
+        elif k >= 0:
+            trial[2] += probes[k]
+        value = _objective(
+            points, trial, closest, surfels, lattice, sigma, outlier, beam_weight, prior,
+            information, gradient, hessian,
+        )  # fmt: skip
+        if value > best:
+            best = value
+            pose[:] = trial
+    return len(probes) + 2
 
 
 @compiled

@@ -31,6 +31,7 @@ class MatchSettings:
         search: how the exhaustive search scores.
         widenings: the ascent runs first with the walls blurred by these factors of sigma, which
             widens the basin of attraction.
+        probes: before the last ascent these headings off [rad] are tried as starts.
         iterations: most Newton steps per widening.
         tolerance: a step shorter than this [m, and rad per metre of `lever`] ends the ascent.
         lever: distance at which a turn counts like a shift [m].
@@ -39,6 +40,7 @@ class MatchSettings:
     perception: PerceptionSettings = field(default_factory=PerceptionSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
     widenings: tuple[float, ...] = (3.0, 1.0)
+    probes: tuple[float, ...] = (-0.02, -0.01, 0.01, 0.02)
     iterations: int = 15
     tolerance: float = 1e-4
     lever: float = 3.0
@@ -142,6 +144,7 @@ def _ascend_from(
         (geometry.origin_x, geometry.origin_y, geometry.resolution),
         (perception.sigma, perception.outlier, perception.beam_weight),
         np.array(settings.widenings),
+        np.array(settings.probes),
         (T_map_prior.x, T_map_prior.y, T_map_prior.theta),
         information,
         (settings.iterations, settings.tolerance, settings.lever),
