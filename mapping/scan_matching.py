@@ -87,7 +87,7 @@ def match(
     Args:
         grid: the map so far.
         surfaces: its walls.
-        points_base: (N, 4) end points of the beams that hit [m] and the directions their
+        points_base: (N, 5) end points of the beams that hit [m] and the directions their
             surfaces face, see `scan_points`.
         T_map_guess: mean of the prior, the odometry's word.
         prior_covariance: (3, 3) of (x, y, theta) of the guess, map frame.
@@ -142,7 +142,7 @@ def _ascend_from(
         surfaces.surfels,
         grid.log_odds,
         (geometry.origin_x, geometry.origin_y, geometry.resolution),
-        (perception.sigma, perception.outlier, perception.beam_weight),
+        (perception.sigma, perception.map_sigma, perception.outlier, perception.beam_weight),
         np.array(settings.widenings),
         np.array(settings.probes),
         (T_map_prior.x, T_map_prior.y, T_map_prior.theta),
@@ -177,7 +177,7 @@ def posterior_density(
     Args:
         grid: the map so far.
         surfaces: its walls.
-        points_base: (N, 4), as for `match`.
+        points_base: (N, 5), as for `match`.
         poses_map: (N, 3) poses (x, y, theta) to judge, for example a lattice.
         T_map_guess: mean of the prior.
         prior_covariance: (3, 3), map frame.
@@ -193,7 +193,7 @@ def posterior_density(
         surfaces.closest,
         surfaces.surfels,
         (geometry.origin_x, geometry.origin_y, geometry.resolution),
-        perception.sigma,
+        (perception.sigma, perception.map_sigma),
         perception.outlier,
         perception.beam_weight,
         (T_map_guess.x, T_map_guess.y, T_map_guess.theta),

@@ -77,6 +77,9 @@ def _cast_segments(
         nearest = range_max
         t_in, t_out = _clip(x - origin_x, y - origin_y, dx, dy, cols * size, rows * size)
         t_out = min(t_out, range_max)
+        if t_in > t_out:  # never in reach; for a ray all but parallel to the walls even infinite
+            ranges[beam] = range_max
+            continue
         ix = min(max(math.floor((x + t_in * dx - origin_x) / size), 0), cols - 1)
         iy = min(max(math.floor((y + t_in * dy - origin_y) / size), 0), rows - 1)
         t = t_in
