@@ -131,7 +131,7 @@ def search(
     Args:
         grid: the map so far.
         surfaces: its walls.
-        points_base: (N, 5) end points [m] and the directions their surfaces face.
+        points_base: (N, 4) end points [m] and the directions their surfaces face.
         T_map_guess: centre of the window and of the prior.
         window: which poses to consider.
         prior_information: (3, 3) inverse covariance of the guess, map frame.

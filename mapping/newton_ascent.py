@@ -28,7 +28,7 @@ def evaluate(
     closest: npt.NDArray[np.int32],
     surfels: Floats,
     lattice: tuple[float, float, float],
-    sigmas: tuple[float, float],
+    sigma: float,
     outlier: float,
     beam_weight: float,
     prior: tuple[float, float, float],
@@ -39,7 +39,7 @@ def evaluate(
     gradient, hessian = np.empty(3), np.empty((3, 3))
     for i in range(poses.shape[0]):
         values[i] = _objective(
-            points, poses[i], closest, surfels, lattice, sigmas, outlier, beam_weight, prior,
+            points, poses[i], closest, surfels, lattice, sigma, outlier, beam_weight, prior,
             information, gradient, hessian,
         )  # fmt: skip
 
@@ -51,7 +51,7 @@ def _objective(
     closest: npt.NDArray[np.int32],
     surfels: Floats,
     lattice: tuple[float, float, float],
-    sigmas: tuple[float, float],
+    sigma: float,
     outlier: float,
     beam_weight: float,
     prior: tuple[float, float, float],
@@ -62,7 +62,7 @@ def _objective(
     """Return prior plus weighted log-likelihood; fill gradient (3,) and Hessian (3, 3)."""
     packed = np.empty(9)
     value = beam_weight * accumulate_likelihood(
-        points, (pose[0], pose[1], pose[2]), closest, surfels, lattice, sigmas, outlier, packed
+        points, (pose[0], pose[1], pose[2]), closest, surfels, lattice, sigma, outlier, packed
     )
     dx, dy, dt = pose[0] - prior[0], pose[1] - prior[1], pose[2] - prior[2]
     dt -= 2.0 * math.pi * math.floor(dt / (2.0 * math.pi) + 0.5)
@@ -116,7 +116,7 @@ def ascend(
     closest: npt.NDArray[np.int32],
     surfels: Floats,
     lattice: tuple[float, float, float],
-    sigmas: tuple[float, float],
+    sigma: float,
     outlier: float,
     beam_weight: float,
     prior: tuple[float, float, float],
@@ -137,7 +137,7 @@ def ascend(
     step = np.empty(3)
     trial = pose.copy()
     value = _objective(
-        points, pose, closest, surfels, lattice, sigmas, outlier, beam_weight, prior, information,
+        points, pose, closest, surfels, lattice, sigma, outlier, beam_weight, prior, information,
         gradient, hessian,
     )  # fmt: skip
     damping, refused = 0.0, False
@@ -151,7 +151,7 @@ def ascend(
             step *= 0.3 / size
         trial[:] = pose + step
         new_value = _objective(
-            points, trial, closest, surfels, lattice, sigmas, outlier, beam_weight, prior,
+            points, trial, closest, surfels, lattice, sigma, outlier, beam_weight, prior,
             information, new_gradient, new_hessian,
         )  # fmt: skip
         if new_value > value:
@@ -180,9 +180,8 @@ def climb(
     surfels: Floats,
     log_odds: npt.NDArray[np.float32],
     lattice: tuple[float, float, float],
-    perception: tuple[float, float, float, float],
+    perception: tuple[float, float, float],
     widenings: Floats,
-    probes: Floats,
     prior: tuple[float, float, float],
     information: Floats,
     limits: tuple[int, float, float],
@@ -193,8 +192,7 @@ def climb(
 
     Args:
         laser: where the beams start, see `accumulate_information`.
-        perception: (sigma [m], map_sigma [m], outlier, beam_weight).
-        probes: headings off by these angles [rad] are tried as starts of the last ascent.
+        perception: (sigma [m], outlier, beam_weight).
         limits: (iterations per widening, tolerance [m], lever [m]).
         covariance: (3, 3), filled with the inverse of prior plus scan information.
 
@@ -202,70 +200,22 @@ def climb(
         Whether the last ascent came to rest, evaluations made in all, the value reached, and how
         many end points are known and explained there.
     """
-    sigmas, outlier, beam_weight = (perception[0], perception[1]), perception[2], perception[3]
+    sigma, outlier, beam_weight = perception
     beam_weight /= best_trust(points, prior, closest, surfels, lattice)
     converged, total, value = True, 0, 0.0
     for widening in widenings:
-        blurred = (sigmas[0] * widening, sigmas[1] * widening)
-        if widening == widenings[-1]:
-            total += _probe(
-                points, pose, closest, surfels, lattice, blurred, outlier, beam_weight,
-                prior, information, probes,
-            )  # fmt: skip
         converged, steps, value = ascend(
-            points, pose, closest, surfels, lattice, blurred, outlier, beam_weight, prior,
+            points, pose, closest, surfels, lattice, sigma * widening, outlier, beam_weight, prior,
             information, limits[0], limits[1], limits[2],
         )  # fmt: skip
         total += steps
     seen = np.zeros((3, 3))
     known, explained = accumulate_information(
-        points, (pose[0], pose[1], pose[2]), laser, closest, surfels, log_odds, lattice, sigmas,
+        points, (pose[0], pose[1], pose[2]), laser, closest, surfels, log_odds, lattice, sigma,
         outlier, known_above, seen,
     )  # fmt: skip
     _settle(pose, prior, information, beam_weight * seen, limits[2], covariance)
     return converged, total, value, known, explained
-
-
-@compiled
-def _probe(
-    points: Floats,
-    pose: Floats,
-    closest: npt.NDArray[np.int32],
-    surfels: Floats,
-    lattice: tuple[float, float, float],
-    sigmas: tuple[float, float],
-    outlier: float,
-    beam_weight: float,
-    prior: tuple[float, float, float],
-    information: Floats,
-    probes: Floats,
-) -> int:
-    """Move `pose` to the likeliest of itself, the prior's mean and headings a little off.
-
-    In a doorway, where most of what is seen is new, headings a degree off can make maxima of their
-    own, in which a blurred ascent may end.
-
-    Returns:
-        Number of poses tried.
-    """
-    gradient, hessian = np.empty(3), np.empty((3, 3))
-    found = pose.copy()
-    trial = pose.copy()
-    best = -math.inf
-    for k in range(-2, len(probes)):
-        trial[:] = found
-        if k == -1:
-            trial[0], trial[1], trial[2] = prior
-        elif k >= 0:
-            trial[2] += probes[k]
-        value = _objective(
-            points, trial, closest, surfels, lattice, sigmas, outlier, beam_weight, prior,
-            information, gradient, hessian,
-        )  # fmt: skip
-        if value > best:
-            best = value
-            pose[:] = trial
-    return len(probes) + 2
 
 
 @compiled

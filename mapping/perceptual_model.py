@@ -39,16 +39,13 @@ class PerceptionSettings:
     """Shape of the likelihood of one end point.
 
     Attributes:
-        sigma: noise of the ranges [m]. On a wall seen at a grazing angle an end point slides along
-            the wall, and little of it counts across.
-        map_sigma: error of the mapped walls themselves [m].
+        sigma: how far end points scatter about the mapped wall [m]: range noise and map error.
         outlier: weight e of end points that no known wall explains.
         beam_weight: how much of an independent witness one beam is. Neighbouring beams share the
             map's errors; with 1 the covariances would come out far too small.
     """
 
     sigma: float = 0.03
-    map_sigma: float = 0.012
     outlier: float = 0.05
     beam_weight: float = 1.0
 
@@ -80,7 +77,7 @@ def scan_likelihood(
     Args:
         surfaces: the walls seen so far.
         geometry: of the grid that `surfaces` follows.
-        points_base: (N, 5) end points of the beams that hit [m] and the directions their
+        points_base: (N, 4) end points of the beams that hit [m] and the directions their
             surfaces face, see `scan_points`.
         T_map_base: the pose to judge.
         settings: shape of the likelihood.
@@ -92,7 +89,7 @@ def scan_likelihood(
         surfaces.closest,
         surfaces.surfels,
         (geometry.origin_x, geometry.origin_y, geometry.resolution),
-        (settings.sigma, settings.map_sigma),
+        settings.sigma,
         settings.outlier,
         derivatives,
     )
@@ -108,7 +105,7 @@ def accumulate_likelihood(
     closest: npt.NDArray[np.int32],
     surfels: Floats,
     lattice: tuple[float, float, float],
-    sigmas: tuple[float, float],
+    sigma: float,
     outlier: float,
     derivatives: Floats,
 ) -> float:
@@ -121,7 +118,7 @@ def accumulate_likelihood(
     c, s = math.cos(theta), math.sin(theta)
     origin_x, origin_y, resolution = lattice
     per_cell = 1.0 / resolution
-    along, across = sigmas[0] * sigmas[0], sigmas[1] * sigmas[1]
+    inverse = 1.0 / (sigma * sigma)
     flat = math.log(outlier)
     value = gx = gy = gt = hxx = hxy = hxt = hyy = hyt = htt = 0.0
     for i in range(points.shape[0]):
@@ -143,7 +140,6 @@ def accumulate_likelihood(
             continue
         ex, ey = x - surfels[k, 0], y - surfels[k, 1]
         axx, axy, ayy = surfels[k, 2], surfels[k, 3], surfels[k, 4]
-        inverse = 1.0 / (along * points[i, 4] + across)
         # u = A e is half the gradient of the squared distance by (x, y).
         ux, uy = axx * ex + axy * ey, axy * ex + ayy * ey
         near = (1.0 - outlier) * math.exp(-0.5 * inverse * (ex * ux + ey * uy))
@@ -180,7 +176,7 @@ def accumulate_information(
     surfels: Floats,
     log_odds: npt.NDArray[np.float32],
     lattice: tuple[float, float, float],
-    sigmas: tuple[float, float],
+    sigma: float,
     outlier: float,
     known_above: float,
     information: Floats,
@@ -205,7 +201,7 @@ def accumulate_information(
     origin_x, origin_y, resolution = lattice
     laser_x = (px + c * laser[0] - s * laser[1] - origin_x) / resolution
     laser_y = (py + s * laser[0] + c * laser[1] - origin_y) / resolution
-    along, across = sigmas[0] * sigmas[0], sigmas[1] * sigmas[1]
+    inverse = 1.0 / (sigma * sigma)
     known = explained = 0
     information[:] = 0.0
     for i in range(points.shape[0]):
@@ -216,11 +212,10 @@ def accumulate_information(
         inside = 0.0 <= fx < cols and 0.0 <= fy < rows
         layer = layer_of(c * points[i, 2] - s * points[i, 3], s * points[i, 2] + c * points[i, 3])
         k = closest[layer, int(fy), int(fx)] if inside else -1
-        q, inverse = math.inf, 0.0
+        q = math.inf
         if k >= 0:
             ex, ey = px + rx - surfels[k, 0], py + ry - surfels[k, 1]
             axx, axy, ayy = surfels[k, 2], surfels[k, 3], surfels[k, 4]
-            inverse = 1.0 / (along * points[i, 4] + across)
             q = inverse * (axx * ex * ex + 2.0 * axy * ex * ey + ayy * ey * ey)
         if q < 9.0:
             known += 1

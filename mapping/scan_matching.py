@@ -31,7 +31,6 @@ class MatchSettings:
         search: how the exhaustive search scores.
         widenings: the ascent runs first with the walls blurred by these factors of sigma, which
             widens the basin of attraction.
-        probes: before the last ascent these headings off [rad] are tried as starts.
         iterations: most Newton steps per widening.
         tolerance: a step shorter than this [m, and rad per metre of `lever`] ends the ascent.
         lever: distance at which a turn counts like a shift [m].
@@ -40,7 +39,6 @@ class MatchSettings:
     perception: PerceptionSettings = field(default_factory=PerceptionSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
     widenings: tuple[float, ...] = (3.0, 1.0)
-    probes: tuple[float, ...] = (-0.02, -0.01, 0.01, 0.02)
     iterations: int = 15
     tolerance: float = 1e-4
     lever: float = 3.0
@@ -87,7 +85,7 @@ def match(
     Args:
         grid: the map so far.
         surfaces: its walls.
-        points_base: (N, 5) end points of the beams that hit [m] and the directions their
+        points_base: (N, 4) end points of the beams that hit [m] and the directions their
             surfaces face, see `scan_points`.
         T_map_guess: mean of the prior, the odometry's word.
         prior_covariance: (3, 3) of (x, y, theta) of the guess, map frame.
@@ -142,9 +140,8 @@ def _ascend_from(
         surfaces.surfels,
         grid.log_odds,
         (geometry.origin_x, geometry.origin_y, geometry.resolution),
-        (perception.sigma, perception.map_sigma, perception.outlier, perception.beam_weight),
+        (perception.sigma, perception.outlier, perception.beam_weight),
         np.array(settings.widenings),
-        np.array(settings.probes),
         (T_map_prior.x, T_map_prior.y, T_map_prior.theta),
         information,
         (settings.iterations, settings.tolerance, settings.lever),
@@ -177,7 +174,7 @@ def posterior_density(
     Args:
         grid: the map so far.
         surfaces: its walls.
-        points_base: (N, 5), as for `match`.
+        points_base: (N, 4), as for `match`.
         poses_map: (N, 3) poses (x, y, theta) to judge, for example a lattice.
         T_map_guess: mean of the prior.
         prior_covariance: (3, 3), map frame.
@@ -193,7 +190,7 @@ def posterior_density(
         surfaces.closest,
         surfaces.surfels,
         (geometry.origin_x, geometry.origin_y, geometry.resolution),
-        (perception.sigma, perception.map_sigma),
+        perception.sigma,
         perception.outlier,
         perception.beam_weight,
         (T_map_guess.x, T_map_guess.y, T_map_guess.theta),

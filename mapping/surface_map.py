@@ -114,7 +114,7 @@ class SurfaceMap:
 
         Args:
             grid: the occupancy grid this map follows, already updated.
-            points_map: (N, 5) end points (x, y) [m] and the directions their surfaces face.
+            points_map: (N, 4) end points (x, y) [m] and the directions their surfaces face.
             box: the cells that may have changed.
         """
         self._reserve(len(points_map))
