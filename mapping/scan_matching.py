@@ -39,7 +39,7 @@ class MatchSettings:
     perception: PerceptionSettings = field(default_factory=PerceptionSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
     widenings: tuple[float, ...] = (3.0, 1.0)
-    iterations: int = 15
+    iterations: int = 40
     tolerance: float = 1e-4
     lever: float = 3.0
 
