@@ -1,7 +1,7 @@
 """The one place where loops over cells, beams and particles are handed to the compiler.
 
 `@compiled` marks a function that numba translates to machine code at its first call and keeps in a
-cache on disk. Each file has a cache folder of its own, keyed by a hash of the file and of everything
+cache on disk. Each file has a cache folder of its own, keyed by a hash of the file and of all files
 of ours that it imports: numba does not notice when a compiled helper, or a constant, in *another*
 file changes. So an edit compiles again what depends on it, and nothing else.
 
