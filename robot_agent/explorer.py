@@ -10,19 +10,17 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from mapping.coarse_gain import coarsen_classes
 from mapping.frontier_tour import round_lengths
 from mapping.frontiers import find_frontiers
 from mapping.gain_cache import GainCache
 from mapping.geometry import Floats, Pose2
 from mapping.grid import CellBox, Cells
-from mapping.information_gain import entropy_weight, roomy_classes
 from protocol.body import Body
-from protocol.map_cells import dequantise
 from protocol.messages import Bid
+from robot_agent.block_map import BlockMap
 from robot_agent.planning_map import PlanningMap
 from robot_agent.settings import ExplorerSettings
-from robot_agent.ways import Ways, leaders
+from robot_agent.ways import BLOCK, Ways, leaders
 
 _EPSILON = 1e-9
 
@@ -46,8 +44,9 @@ class Explorer:
         )
         self._margin = math.ceil(body.radius_m / self._geometry.resolution)
         self._changed: list[CellBox] = []
-        steps = np.arange(256, dtype=np.uint8).view(np.int8)
-        self._weight_of_byte = entropy_weight(dequantise(steps))
+        self._blocks = BlockMap(
+            planning_map, body.radius_m, settings.coarsening, BLOCK, settings.weigh_by_probability
+        )
         self._number = 0
         self._dirty = False
         self._next = 0.0
@@ -62,6 +61,7 @@ class Explorer:
         else:
             # Clearance changes up to a body's radius around.
             self._changed.append(box.dilated(self._margin, self._geometry))
+            self._blocks.changed([box])
 
     def bid(self, T_map_base: Pose2, others: Floats, idle: bool, now: float) -> Bid | None:
         """Return a bid on the map as it is now, or None when there is nothing new to say.
@@ -77,10 +77,11 @@ class Explorer:
         self._dirty = False
         self._next = now + self._settings.bid_period_s
         self._number += 1
+        self._blocks.refresh()
         resolution = self._map.geometry.resolution
         spacing = max(1, round(self._settings.spacing_m / resolution))
         frontiers = find_frontiers(self._map.classes, spacing, self._settings.frontier_cells_min)
-        ways = Ways(self._map, T_map_base, self._body.radius_m)
+        ways = Ways(self._map, T_map_base, self._body.radius_m, self._blocks.weights)
         stands = ways.stands(frontiers.cells, self._body.radius_m + self._settings.reach_m)
         reached = stands[:, 0] >= 0
         gains, rectangles = self._gains(frontiers.cells[reached])
@@ -146,13 +147,8 @@ class Explorer:
 
     def _gains(self, cells: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return the expected information [m2] at frontier cells and its rectangles [m]."""
-        geometry, factor = self._map.geometry, self._settings.coarsening
-        weight = None
-        if self._settings.weigh_by_probability:
-            weight = self._weight_of_byte[self._map.cells.view(np.uint8)]
-        roomy = roomy_classes(self._map.classes, self._map.clearance, self._body.radius_m)
-        coarse = coarsen_classes(roomy, factor, weight)
-        gains, boxes = self._cache.gains(coarse, cells, self._changed)
+        geometry = self._map.geometry
+        gains, boxes = self._cache.gains(self._blocks.gains, cells, self._changed)
         self._changed.clear()
         corners = boxes.astype(np.float64)[:, [1, 0, 3, 2]] * geometry.resolution
         corners += np.array([geometry.origin_x, geometry.origin_y] * 2)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from mapping.distance_field import truncated_distance, update_distance
+from mapping.distance_field import reach_cells, truncated_distance, update_distance
 from mapping.grid import (
     CLEAR,
     EMPTY_BOX,
@@ -39,6 +39,7 @@ class PlanningMap:
         geometry: where the cells lie in the map frame; grows, so keep places in metres, not cells.
         cells: (rows, cols) int8, log-odds in steps of 1/20.
         classes: (rows, cols) uint8, UNKNOWN, CLEAR or OBSTACLE.
+        clear: (rows, cols) bool, where `classes` is CLEAR.
         clearance: (rows, cols) float32 [m], distance to the nearest obstacle cell, truncated.
         weights: (rows, cols) uint8, see `mapping.path_planning.traversal_weights`.
     """
@@ -56,6 +57,11 @@ class PlanningMap:
         self._class_of_byte = classify(dequantise(steps), settings.p_obstacle, settings.p_clear)
         self.number = 0
         self._start_empty(GridGeometry(settings.resolution_m, 0.0, 0.0, 1, 1))
+
+    @property
+    def reach(self) -> int:
+        """How many cells beyond a change of `classes` clearance and weights may change."""
+        return reach_cells(self._settings.clearance_limit_m, self.geometry.resolution)
 
     def apply_snapshot(self, message: MapSnapshot) -> CellBox:
         """Take over a whole map; return the box of all its cells, empty for an old snapshot.
@@ -125,8 +131,10 @@ class PlanningMap:
         self.geometry = geometry
         self.cells = np.zeros(geometry.shape, dtype=np.int8)
         self.classes = np.full(geometry.shape, UNKNOWN, dtype=np.uint8)
+        self.clear = np.zeros(geometry.shape, dtype=np.bool_)
+        self._solid = np.zeros(geometry.shape, dtype=np.bool_)
         self.clearance = np.full(geometry.shape, limit, dtype=np.float32)
-        self.weights = self._weights_of(self.classes, self.clearance)
+        self.weights = self._weights_of(self.clear, self.clearance)
 
     def _room_for(self, lattice_x: int, lattice_y: int, rows: int, cols: int) -> CellBox | None:
         """Grow to hold a rectangle of the lattice; return its box, None if absurdly far away."""
@@ -152,42 +160,46 @@ class PlanningMap:
         self.geometry = larger
         self.cells = padding.pad(self.cells, 0)
         self.classes = padding.pad(self.classes, UNKNOWN)
+        self.clear = self.classes == CLEAR
+        self._solid = self.classes == OBSTACLE
         # Obstacles near the old edge reach over it into the new cells.
-        self.clearance = truncated_distance(self.classes == OBSTACLE, larger.resolution, limit)
-        self.weights = self._weights_of(self.classes, self.clearance)
+        self.clearance = truncated_distance(self._solid, larger.resolution, limit)
+        self.weights = self._weights_of(self.clear, self.clearance)
 
     def _write(self, box: CellBox, cells: npt.NDArray[np.int8]) -> None:
         """Write `cells` at `box` and bring classes, clearance and weights up to date."""
         self.cells[box.slices] = cells
-        before = self.classes[box.slices]
         after = self._class_of_byte[cells.view(np.uint8)]
-        changed = _box_of(before != after, box)
+        clear, solid = after == CLEAR, after == OBSTACLE
+        solid_changed = _box_of(self._solid[box.slices] != solid, box)
+        changed = solid_changed.union(_box_of(self.clear[box.slices] != clear, box))
         if changed.empty:
             return
-        solid_changed = _box_of((before == OBSTACLE) != (after == OBSTACLE), box)
         self.classes[box.slices] = after
-        touched = changed.union(
-            update_distance(
-                self.clearance,
-                self.classes == OBSTACLE,
-                solid_changed,
-                self.geometry.resolution,
-                self._settings.clearance_limit_m,
+        self.clear[box.slices] = clear
+        touched = changed
+        if not solid_changed.empty:
+            self._solid[box.slices] = solid
+            touched = changed.union(
+                update_distance(
+                    self.clearance,
+                    self._solid,
+                    solid_changed,
+                    self.geometry.resolution,
+                    self._settings.clearance_limit_m,
+                )
             )
-            if not solid_changed.empty
-            else EMPTY_BOX
-        )
         self.weights[touched.slices] = self._weights_of(
-            self.classes[touched.slices], self.clearance[touched.slices]
+            self.clear[touched.slices], self.clearance[touched.slices]
         )
 
     def _weights_of(
-        self, classes: npt.NDArray[np.uint8], clearance: npt.NDArray[np.float32]
+        self, clear: npt.NDArray[np.bool_], clearance: npt.NDArray[np.float32]
     ) -> npt.NDArray[np.uint8]:
         """Return the traversal weights of a part of the grid."""
         # Clearance is to the middle of an obstacle's cell, whose edge is half a cell nearer.
         least = self._body_radius + 0.5 * self.geometry.resolution - _ROUNDING
-        return traversal_weights(classes == CLEAR, clearance, least, self._settings.comfort_m)
+        return traversal_weights(clear, clearance, least, self._settings.comfort_m)
 
 
 def _box_of(mask: npt.NDArray[np.bool_], box: CellBox) -> CellBox:
