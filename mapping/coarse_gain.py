@@ -75,16 +75,15 @@ def coarsen_classes(
 
 def refresh_classes(coarse: CoarseClasses, box: CellBox) -> None:
     """Bring blocks up to date, in place, after fine cells or their weights changed in `box`."""
-    if not box.empty:
-        block = block_box(box, coarse.factor)
-        _coarsen(
-            coarse.fine,
-            coarse.fine_weight,
-            coarse.factor,
-            (block.iy0, block.ix0, block.iy1, block.ix1),
-            coarse.classes,
-            coarse.weight,
-        )
+    block = block_box(box, coarse.factor)
+    _coarsen(
+        coarse.fine,
+        coarse.fine_weight,
+        coarse.factor,
+        (block.iy0, block.ix0, block.iy1, block.ix1),
+        coarse.classes,
+        coarse.weight,
+    )
 
 
 @compiled

@@ -293,7 +293,7 @@ class Agent:
         except ValueError as error:
             return [Note("warning", f"map change of the server dropped: {error}")]
         if box is not None:
-            explorer.map_changed(box)
+            explorer.map_changed(planning_map.changes)
             return []
         if now - self._map_asked < self.settings.hello_period_s:
             return []

@@ -6,6 +6,7 @@ Source: Simmons et al. 2000, section "Constructing Bids".
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -51,17 +52,17 @@ class Explorer:
         self._dirty = False
         self._next = 0.0
 
-    def map_changed(self, box: CellBox | None) -> None:
-        """Note that the map changed, in `box` or (None) all over."""
+    def map_changed(self, boxes: Sequence[CellBox] | None) -> None:
+        """Note that the map changed, in `boxes` or (None) all over."""
         self._dirty = True
-        if box is None or self._map.geometry != self._geometry:
+        if boxes is None or self._map.geometry != self._geometry:
             self._geometry = self._map.geometry
             self._cache.forget()
             self._changed.clear()
         else:
             # Clearance changes up to a body's radius around.
-            self._changed.append(box.dilated(self._margin, self._geometry))
-            self._blocks.changed([box])
+            self._changed += [box.dilated(self._margin, self._geometry) for box in boxes]
+            self._blocks.changed(boxes)
 
     def bid(self, T_map_base: Pose2, others: Floats, idle: bool, now: float) -> Bid | None:
         """Return a bid on the map as it is now, or None when there is nothing new to say.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from mapping.changed_regions import changed_regions
 from mapping.distance_field import reach_cells, truncated_distance, update_distance
 from mapping.grid import (
     CLEAR,
@@ -42,6 +43,7 @@ class PlanningMap:
         clear: (rows, cols) bool, where `classes` is CLEAR.
         clearance: (rows, cols) float32 [m], distance to the nearest obstacle cell, truncated.
         weights: (rows, cols) uint8, see `mapping.path_planning.traversal_weights`.
+        changes: boxes that hold every cell which the last change made different.
     """
 
     def __init__(self, body_radius: float, settings: PlanningMapSettings) -> None:
@@ -56,6 +58,7 @@ class PlanningMap:
         steps = np.arange(256, dtype=np.uint8).view(np.int8)
         self._class_of_byte = classify(dequantise(steps), settings.p_obstacle, settings.p_clear)
         self.number = 0
+        self.changes: list[CellBox] = []
         self._start_empty(GridGeometry(settings.resolution_m, 0.0, 0.0, 1, 1))
 
     @property
@@ -100,6 +103,7 @@ class PlanningMap:
         Raises:
             ValueError: the bytes do not hold the cells that the message announces.
         """
+        self.changes = []
         if message.number <= self.number:
             return EMPTY_BOX
         if message.number != self.number + 1:
@@ -168,6 +172,12 @@ class PlanningMap:
 
     def _write(self, box: CellBox, cells: npt.NDArray[np.int8]) -> None:
         """Write `cells` at `box` and bring classes, clearance and weights up to date."""
+        self.changes = changed_regions(self.cells[box.slices], cells, box)
+        for change in self.changes:
+            self._write_region(change, cells[change.shifted(-box.iy0, -box.ix0).slices])
+
+    def _write_region(self, box: CellBox, cells: npt.NDArray[np.int8]) -> None:
+        """Write `cells` at `box`, which is no larger than need be."""
         self.cells[box.slices] = cells
         after = self._class_of_byte[cells.view(np.uint8)]
         clear, solid = after == CLEAR, after == OBSTACLE

@@ -97,7 +97,7 @@ class Destination:
         places = _places(planning_map, planning_map.weights, goal_map, tolerance)
         iy, ix = geometry.cell_at(*goal_map)
         around = CellBox(iy, ix, iy + 1, ix + 1).dilated(_reach(planning_map, tolerance), geometry)
-        ends = np.argwhere(places[around.slices]) + (around.iy0, around.ix0)
+        ends = np.argwhere(places[around.slices]) + np.array((around.iy0, around.ix0))
         field = cost_field(planning_map.weights, ends, geometry.resolution)
         return cls(goal_map, tolerance, field.units, planning_map.number, now)
 

@@ -5,7 +5,7 @@ import pytest
 
 from mapping.coarse_gain import coarsen_classes
 from mapping.coarse_weights import coarsen_weights
-from mapping.grid import EMPTY_BOX, CellBox
+from mapping.grid import CellBox
 from mapping.information_gain import entropy_weight
 from protocol.map_cells import dequantise, pack_cells
 from protocol.messages import MapDelta
@@ -37,10 +37,8 @@ def test_blocks_follow_the_map_wherever_it_changes(by_probability: bool) -> None
         at = (int(rng.integers(-30, 60)), int(rng.integers(-30, 60)))
         shape = (int(rng.integers(1, 40)), int(rng.integers(1, 40)))
         log_odds = rng.choice([-3.0, -3.0, -3.0, 0.0, 3.0], shape)
-        box = planning_map.apply_delta(delta(number, at, log_odds))
-        assert box is not None
-        blocks.changed(box)
-        blocks.changed(EMPTY_BOX)
+        assert planning_map.apply_delta(delta(number, at, log_odds)) is not None
+        blocks.changed(planning_map.changes)
         if number % 3 == 0:
             continue  # several changes at once
         blocks.refresh()

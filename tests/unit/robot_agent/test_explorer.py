@@ -52,8 +52,8 @@ def explorer_in(snapshot: MapSnapshot, **settings: object) -> tuple[Explorer, Pl
     explorer = Explorer(BODY, ExplorerSettings.model_validate(settings), planning_map)
     planning_map.apply_snapshot(snapshot)
     explorer.map_changed(None)
-    box = planning_map.apply_delta(unknown_beyond(2))
-    explorer.map_changed(box)
+    assert planning_map.apply_delta(unknown_beyond(2)) is not None
+    explorer.map_changed(planning_map.changes)
     return explorer, planning_map
 
 
@@ -85,9 +85,9 @@ def test_a_bid_is_made_on_news_only_and_not_too_often_unless_one_is_idle() -> No
     explorer, planning_map = explorer_in(hall(), bid_period_s=1.0)
     bid_of(explorer)
     assert explorer.bid(IDENTITY, False, 5.0) is None
-    explorer.map_changed(planning_map.geometry.box)
+    explorer.map_changed([planning_map.geometry.box])
     assert bid_of(explorer, now=5.0).number == 2
-    explorer.map_changed(planning_map.geometry.box)
+    explorer.map_changed([planning_map.geometry.box])
     assert explorer.bid(IDENTITY, False, 5.5) is None
     assert explorer.bid(IDENTITY, True, 5.5) is not None
 
@@ -104,7 +104,8 @@ def test_places_behind_a_wall_are_told_as_unreachable() -> None:
         cols=2,
         cells=pack_cells(np.full((20, 2), 3.0, dtype=np.float32)),
     )
-    explorer.map_changed(planning_map.apply_delta(wall))
+    assert planning_map.apply_delta(wall) is not None
+    explorer.map_changed(planning_map.changes)
     bid = bid_of(explorer)
     assert len(bid.places_map) == 0
     assert len(bid.unreachable_map) > 0

@@ -136,4 +136,4 @@ def test_old_poses_are_thinned_out() -> None:
     at = {name: (pose.x, pose.y) for name, pose in truth.items()}
     for _ in range(25):
         one.hear(poses(**at), truth)
-    assert len(one._pairs) <= 4000
+    assert one._paired <= 4000
