@@ -181,7 +181,6 @@ class Agent:
             lidar.range_max_m,
             frame.stamp_s,
         )
-        self._points_base = scan.points_base()
         mapping.move(frame.T_wheel_base)
         T_map_base = self._T_map_odom @ mapping.T_odom_base
         return self._teammates.mask(scan, T_map_base, self.settings.mapping.teammate_margin_m)
