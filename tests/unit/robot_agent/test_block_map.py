@@ -5,8 +5,7 @@ import pytest
 
 from mapping.coarse_gain import coarsen_classes
 from mapping.coarse_weights import coarsen_weights
-from mapping.grid import CellBox
-from mapping.information_gain import entropy_weight
+from mapping.information_gain import entropy_weight, roomy_classes
 from protocol.map_cells import dequantise, pack_cells
 from protocol.messages import MapDelta
 from robot_agent.block_map import BlockMap
@@ -32,7 +31,7 @@ def delta(number: int, at: tuple[int, int], log_odds: np.ndarray) -> MapDelta:
 def test_blocks_follow_the_map_wherever_it_changes(by_probability: bool) -> None:
     rng = np.random.default_rng(4)
     planning_map = PlanningMap(0.2, PlanningMapSettings(resolution_m=RESOLUTION))
-    blocks = BlockMap(planning_map, 4, 2, by_probability)
+    blocks = BlockMap(planning_map, 0.2, 4, 2, by_probability)
     for number in range(1, 12):
         at = (int(rng.integers(-30, 60)), int(rng.integers(-30, 60)))
         shape = (int(rng.integers(1, 40)), int(rng.integers(1, 40)))
@@ -43,20 +42,10 @@ def test_blocks_follow_the_map_wherever_it_changes(by_probability: bool) -> None
             continue  # several changes at once
         blocks.refresh()
         counts = entropy_weight(dequantise(planning_map.cells)) if by_probability else None
-        anew = coarsen_classes(planning_map.classes, 4, counts)
+        roomy = roomy_classes(planning_map.classes, planning_map.clearance, 0.2)
+        anew = coarsen_classes(roomy, 4, counts)
+        np.testing.assert_array_equal(blocks.gains.fine, roomy)
         np.testing.assert_array_equal(blocks.gains.classes, anew.classes)
         np.testing.assert_array_equal(blocks.gains.weight, anew.weight)
         np.testing.assert_array_equal(blocks.gains.fine_weight, anew.fine_weight)
         np.testing.assert_array_equal(blocks.weights, coarsen_weights(planning_map.weights, 2))
-
-
-def test_weights_that_differ_in_a_box() -> None:
-    planning_map = PlanningMap(0.2, PlanningMapSettings(resolution_m=RESOLUTION))
-    planning_map.apply_delta(delta(1, (0, 0), np.full((30, 30), -3.0)))
-    blocks = BlockMap(planning_map, 4, 2, True)
-    before = blocks.weights.copy()
-    weights = planning_map.weights.copy()
-    weights[5:9, 4:8] = 8
-    differing = blocks.weights_by(weights, CellBox(5, 4, 9, 8))
-    np.testing.assert_array_equal(differing, coarsen_weights(weights, 2))
-    np.testing.assert_array_equal(blocks.weights, before)
