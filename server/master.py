@@ -13,6 +13,7 @@ from typing import Literal
 from coordination.strategy import Strategy
 from mapping.geometry import IDENTITY
 from protocol import messages as words
+from protocol import operator_messages as asks
 from protocol.body import Body
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send, Stop
 from protocol.messages import Message
@@ -74,11 +75,11 @@ class Master:
             words.Bid: self._bid,
             words.TaskProgress: self._progress,
             words.TaskEnd: self._task_end,
-            words.VisitRequest: self._operator,
-            words.PauseRequest: self._operator,
-            words.ResumeRequest: self._operator,
-            words.DriveRequest: self._operator,
-            words.StopRequest: self._stop_request,
+            asks.VisitRequest: self._operator,
+            asks.PauseRequest: self._operator,
+            asks.ResumeRequest: self._operator,
+            asks.DriveRequest: self._operator,
+            asks.StopRequest: self._stop_request,
         }
 
     # --- the core's three methods -----------------------------------------------------------
@@ -152,7 +153,7 @@ class Master:
         for name in self.roster.find_silent(now):
             effects.append(Note("warning", f"{name} is silent; its task is free for others"))
             effects += self.executive.robot_lost(name, now)
-            lost = words.RobotLost(robot=name, state="lost")
+            lost = asks.RobotLost(robot=name, state="lost")
             effects += self._tell(self.roster.observers, lost)
         return effects
 
@@ -160,7 +161,7 @@ class Master:
         """Take a robot back in that was silent and speaks again."""
         if not self.roster.find_back(name):
             return []
-        back = words.RobotLost(robot=name, state="back")
+        back = asks.RobotLost(robot=name, state="back")
         return [
             Note("info", f"{name} speaks again"),
             *self.executive.robot_back(name, now),
@@ -225,25 +226,25 @@ class Master:
 
     def _operator(self, name: str, message: Message, now: float) -> list[Effect]:
         """Carry out an operator's word and answer it."""
-        if isinstance(message, words.VisitRequest):
+        if isinstance(message, asks.VisitRequest):
             outcome = self.executive.visit(message.robot, message.x_m, message.y_m, now)
-        elif isinstance(message, words.PauseRequest):
+        elif isinstance(message, asks.PauseRequest):
             outcome = self.executive.pause(message.robot, now)
-        elif isinstance(message, words.ResumeRequest):
+        elif isinstance(message, asks.ResumeRequest):
             outcome = self.executive.resume(message.robot, now)
         else:
-            assert isinstance(message, words.DriveRequest)
+            assert isinstance(message, asks.DriveRequest)
             outcome = self.executive.drive(
                 message.robot, message.speed_m_s, message.turn_rate_rad_s, now
             )
         accepted, text, effects = outcome
-        return [Send("fleet", name, words.Answer(accepted=accepted, text=text)), *effects]
+        return [Send("fleet", name, asks.Answer(accepted=accepted, text=text)), *effects]
 
     # --- the end ------------------------------------------------------------------------------
 
     def _stop_request(self, name: str, message: Message, now: float) -> list[Effect]:
-        assert isinstance(message, words.StopRequest)
-        answer = Send("fleet", name, words.Answer(accepted=True, text="the mission ends"))
+        assert isinstance(message, asks.StopRequest)
+        answer = Send("fleet", name, asks.Answer(accepted=True, text="the mission ends"))
         return [answer, *self._end(message.ended, f"asked for by {name}", now)]
 
     def _notice_end(self, now: float) -> list[Effect]:

@@ -9,6 +9,7 @@ import pytest
 
 from mapping.geometry import IDENTITY, Pose2
 from protocol import messages as words
+from protocol import operator_messages as asks
 from protocol.effects import PeerLeft, Received, Rejected, Send, Stop
 from protocol.messages import Message
 from protocol.world_messages import Finished, Join
@@ -66,19 +67,19 @@ def test_who_does_not_belong_is_refused_with_the_mend(name: str, role: str, why:
     (refused,) = sent(rig.hello(name, role), name)
     assert isinstance(refused, words.Refused)
     assert why in refused.reason
-    assert rig.says(name, words.PauseRequest(robot="robot1")) == []
+    assert rig.says(name, asks.PauseRequest(robot="robot1")) == []
 
 
 def test_before_a_hello_nobody_is_heard(rig: Rig) -> None:
     assert rig.beat("robot2") == []
-    assert rig.says("boss", words.PauseRequest(robot="robot1")) == []
+    assert rig.says("boss", asks.PauseRequest(robot="robot1")) == []
 
 
 def test_what_is_not_for_the_master_is_passed_over(rig: Rig) -> None:
     beat = words.Heartbeat(T_odom_base=IDENTITY, path_map=np.zeros((0, 2), np.float32))
     assert rig.master.handle(heard("clock", "robot1", beat), 0.0) == []
     assert rig.master.handle(PeerLeft("fleet", "robot1"), 0.0) == []
-    assert rig.says("robot1", words.RobotLost(robot="robot2", state="lost")) == []
+    assert rig.says("robot1", asks.RobotLost(robot="robot2", state="lost")) == []
 
 
 def test_a_frame_that_comes_twice_counts_once(rig: Rig) -> None:
@@ -180,13 +181,13 @@ def test_a_silent_robot_is_lost_until_it_speaks_again(rig: Rig) -> None:
     rig.hello("console", "observer")
     effects = rig.tick(6.0)
     assert "robot1 is silent" in notes(effects)
-    lost = words.RobotLost(robot="robot1", state="lost")
-    assert of_type(effects, words.RobotLost, "console") == [lost]
+    lost = asks.RobotLost(robot="robot1", state="lost")
+    assert of_type(effects, asks.RobotLost, "console") == [lost]
     assert rig.master.roster.states["robot1"].startswith("lost at 6.")
     back = rig.beat("robot1")
     assert "speaks again" in notes(back)
     assert rig.master.roster.states["robot1"] == "at work"
-    assert of_type(back, words.RobotLost)[0].state == "back"
+    assert of_type(back, asks.RobotLost)[0].state == "back"
 
 
 def test_rubbish_is_counted_and_named_once_and_the_books_stay_small() -> None:
@@ -239,24 +240,24 @@ def test_a_bid_that_contradicts_itself_is_dropped(rig: Rig) -> None:
 @pytest.mark.parametrize(
     ("request_", "text"),
     [
-        (words.VisitRequest(robot="robot1", x_m=1.0, y_m=0.0), "goes to (1.00, 0.00)"),
-        (words.PauseRequest(robot="robot1"), "is paused"),
-        (words.ResumeRequest(robot="robot1"), "with the team already"),
-        (words.DriveRequest(robot="robot1", speed_m_s=0.1, turn_rate_rad_s=0.0), "drives at 0.10"),
+        (asks.VisitRequest(robot="robot1", x_m=1.0, y_m=0.0), "goes to (1.00, 0.00)"),
+        (asks.PauseRequest(robot="robot1"), "is paused"),
+        (asks.ResumeRequest(robot="robot1"), "with the team already"),
+        (asks.DriveRequest(robot="robot1", speed_m_s=0.1, turn_rate_rad_s=0.0), "drives at 0.10"),
     ],
 )
 def test_an_operators_word_is_carried_out_and_answered(
     rig: Rig, request_: Message, text: str
 ) -> None:
     rig.hello("boss", "operator")
-    (answer,) = of_type(rig.says("boss", request_), words.Answer, "boss")
+    (answer,) = of_type(rig.says("boss", request_), asks.Answer, "boss")
     assert answer.accepted
     assert text in answer.text
 
 
 def test_a_word_about_a_robot_nobody_knows_is_refused(rig: Rig) -> None:
     rig.hello("boss", "operator")
-    (answer,) = of_type(rig.says("boss", words.PauseRequest(robot="robot7")), words.Answer)
+    (answer,) = of_type(rig.says("boss", asks.PauseRequest(robot="robot7")), asks.Answer)
     assert not answer.accepted
     assert "robot1" in answer.text
 
@@ -286,10 +287,10 @@ def test_the_time_limit_ends_the_mission_and_the_server_leaves_after_last_words(
 
 def test_a_request_to_stop_ends_the_mission_once(rig: Rig) -> None:
     rig.hello("boss", "operator")
-    effects = rig.says("boss", words.StopRequest())
-    assert of_type(effects, words.Answer, "boss")[0].accepted
+    effects = rig.says("boss", asks.StopRequest())
+    assert of_type(effects, asks.Answer, "boss")[0].accepted
     assert of_type(effects, words.MissionEnd, "robot1")[0].reason == "asked for by boss"
-    again = rig.says("boss", words.StopRequest(ended="coverage"))
+    again = rig.says("boss", asks.StopRequest(ended="coverage"))
     assert of_type(again, words.MissionEnd) == []
     assert rig.master.ended == "operator"
 

@@ -9,7 +9,8 @@ import pytest
 from mapping.geometry import Pose2
 from mapping.grid import CLEAR, OBSTACLE
 from protocol.map_cells import pack_cells
-from protocol.messages import MapDelta, MapSnapshot, RobotLost, TeamPoses
+from protocol.messages import MapDelta, MapSnapshot, TeamPoses
+from protocol.operator_messages import RobotLost
 from sim_world.judge import Judge
 from sim_world.truth import CoverageJudge
 from tests.unit.rooms import room

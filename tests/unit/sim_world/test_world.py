@@ -21,12 +21,14 @@ from protocol.effects import (
     Stop,
     Strike,
 )
-from protocol.messages import Hello, MapRequest, Message, PauseRequest, StopRequest
+from protocol.messages import Hello, MapRequest, Message
+from protocol.operator_messages import PauseRequest, StopRequest
 from protocol.world_messages import BodyFrame, Finished, Join, Joined, MotionCommand
 from sim_world.judge import Judge
+from sim_world.robot_body import RobotSpec
 from sim_world.settings import ScriptedFault, WorldSettings
 from sim_world.truth import CoverageJudge
-from sim_world.world import RobotSpec, World
+from sim_world.world import World
 from tests.unit.rooms import heard, room, sent
 from tests.unit.sim_world.test_judge import delta, whole_truth
 
