@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from protocol.body import WireBody
 from protocol.fields import (
+    LARGEST_EDGE,
     NO_NUMBERS,
     Bytes,
     Coordinate,
@@ -168,8 +169,8 @@ class MapSnapshot(Message):
     resolution_m: Positive
     origin_x_m: Coordinate
     origin_y_m: Coordinate
-    rows: Annotated[int, Field(ge=1, le=20000)]
-    cols: Annotated[int, Field(ge=1, le=20000)]
+    rows: Annotated[int, Field(ge=1, le=LARGEST_EDGE)]
+    cols: Annotated[int, Field(ge=1, le=LARGEST_EDGE)]
     cells: Bytes
 
 
@@ -185,8 +186,8 @@ class MapDelta(Message):
     resolution_m: Positive
     lattice_x: Annotated[int, Field(ge=-(10**7), le=10**7)]
     lattice_y: Annotated[int, Field(ge=-(10**7), le=10**7)]
-    rows: Annotated[int, Field(ge=1, le=20000)]
-    cols: Annotated[int, Field(ge=1, le=20000)]
+    rows: Annotated[int, Field(ge=1, le=LARGEST_EDGE)]
+    cols: Annotated[int, Field(ge=1, le=LARGEST_EDGE)]
     cells: Bytes
 
 

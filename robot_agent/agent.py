@@ -15,6 +15,7 @@ from mapping.scan import LaserScan
 from protocol import messages as words
 from protocol.body import Body
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send, Stop
+from protocol.fault_book import FaultBook
 from protocol.messages import SERVER, Message
 from protocol.world_messages import BodyFrame, Join, Joined, JoinRefused, Shutdown
 from robot_agent.explorer import Explorer
@@ -63,7 +64,7 @@ class Agent:
         self._next_hello = 0.0
         self._follower: MapFollower | None = None
         self._body_parts: tuple[LocalMapping, PlanningMap, Explorer, TaskWork] | None = None
-        self.rejected = 0
+        self._dropped = FaultBook()
         self._answers: dict[type[Message], Callable[[Message, float], list[Effect]]] = {
             Joined: self._switch_on,
             JoinRefused: self._give_up,
@@ -90,8 +91,7 @@ class Agent:
     def handle(self, event: Event, now: float) -> list[Effect]:
         """Take a body frame or a word of the fleet."""
         if isinstance(event, Rejected):
-            self.rejected += 1
-            return [Note("warning", f"dropped a frame of {event.source}: {event.reason}")]
+            return list(self._dropped.enter("a frame", event.source, event.reason))
         if not isinstance(event, Received):
             return []
         answer = self._answers.get(type(event.message))
@@ -128,7 +128,7 @@ class Agent:
         settings = self.settings
         planning_map = PlanningMap(body.radius_m, settings.navigation.planning_map)
         explorer = Explorer(body, settings.explorer, planning_map)
-        self._follower = MapFollower(planning_map, explorer, settings.hello_period_s)
+        self._follower = MapFollower(planning_map, explorer, settings.hello_period_s, self._dropped)
         self._body_parts = (
             LocalMapping(body, settings.mapping),
             planning_map,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from protocol.effects import Effect, Note, Send
+from protocol.effects import Effect, Send
+from protocol.fault_book import FaultBook
 from protocol.messages import SERVER, MapDelta, MapRequest, MapSnapshot
 from robot_agent.explorer import Explorer
 from robot_agent.planning_map import PlanningMap
@@ -17,12 +18,16 @@ class MapFollower:
         planning_map: the copy.
         explorer: is told where it changed.
         period: the whole map is asked for at most once in this time [s].
+        faults: where maps that cannot be used are counted.
     """
 
-    def __init__(self, planning_map: PlanningMap, explorer: Explorer, period: float) -> None:
+    def __init__(
+        self, planning_map: PlanningMap, explorer: Explorer, period: float, faults: FaultBook
+    ) -> None:
         self._map = planning_map
         self._explorer = explorer
         self._period = period
+        self._faults = faults
         self._asked = -math.inf
 
     def snapshot(self, message: MapSnapshot) -> list[Effect]:
@@ -30,7 +35,7 @@ class MapFollower:
         try:
             self._map.apply_snapshot(message)
         except ValueError as error:
-            return [Note("warning", f"map of the server dropped: {error}")]
+            return list(self._faults.enter("the map", SERVER, str(error)))
         self._explorer.map_changed(None)
         return []
 
@@ -39,7 +44,7 @@ class MapFollower:
         try:
             box = self._map.apply_delta(message)
         except ValueError as error:
-            return [Note("warning", f"map change of the server dropped: {error}")]
+            return list(self._faults.enter("a map change", SERVER, str(error)))
         if box is not None:
             self._explorer.map_changed(box)
             return []

@@ -16,10 +16,10 @@ from protocol import messages as words
 from protocol import operator_messages as asks
 from protocol.body import Body
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send, Stop
+from protocol.fault_book import FaultBook
 from protocol.messages import Message
 from protocol.world_messages import Finished, Join
 from server.bids import BidError, robot_bid
-from server.fault_book import FaultBook
 from server.map_merger import MapMerger
 from server.map_publisher import MapPublisher
 from server.report_intake import ReportIntake
@@ -64,7 +64,8 @@ class Master:
         self.faults = FaultBook()
         self._time_limit = time_limit
         self._publisher = MapPublisher(self.merger, settings.map)
-        self._intake = ReportIntake(self.merger, self.roster, settings.map.teammate_margin_m)
+        margin = settings.map.teammate_margin_m
+        self._intake = ReportIntake(self.merger, self.roster, margin, self.faults)
         self._joined = False
         self._alone_since: float | None = None
         self._answers: dict[type[Message], Callable[[str, Message, float], list[Effect]]] = {
@@ -184,7 +185,7 @@ class Master:
         assert isinstance(message, words.ScanReport)
         if self.ended_and_gone(now):
             return []
-        return [Send("fleet", name, answer) for answer in self._intake.take(name, message)]
+        return self._intake.take(name, message)
 
     def _map_request(self, name: str, message: Message, now: float) -> list[Effect]:
         return [Send("fleet", name, self._publisher.snapshot())] if self.map_number else []

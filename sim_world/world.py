@@ -26,6 +26,7 @@ from protocol.effects import (
     Strike,
 )
 from protocol.errors import ProtocolError
+from protocol.fault_book import FaultBook
 from protocol.messages import SERVER, Hello, MapRequest
 from protocol.operator_messages import StopRequest
 from protocol.world_messages import BodyFrame, Finished, Join, Joined, MotionCommand
@@ -77,6 +78,7 @@ class World:
             spec.name: robot_body(spec, stream)
             for spec, stream in zip(robots, streams[1:], strict=True)
         }
+        self._dropped = FaultBook()
         self.relay = Relay(tuple(self.robots), outages(settings.faults))
         self._faults = schedule(settings.faults)
         self._next_tick = 0.0
@@ -97,7 +99,7 @@ class World:
         if isinstance(event, PeerLeft):
             return self._left(event.peer)
         if isinstance(event, Rejected):
-            return [Note("warning", f"dropped a frame of {event.source}: {event.reason}")]
+            return list(self._dropped.enter("a frame", event.source, event.reason))
         return self._received(event, now)
 
     def tick(self, now: float) -> list[Effect]:
@@ -176,12 +178,13 @@ class World:
     def _hear(self, event: Passing) -> list[Effect]:
         """The judge hears what the server publishes."""
         self._observing = True
+        truth = {name: robot.motion.T_world_base for name, robot in self.robots.items()}
         try:
             _, message = decode(event.frame)
-        except ProtocolError as error:
-            return [Note("warning", f"the judge cannot read the server: {error}")]
-        truth = {name: robot.motion.T_world_base for name, robot in self.robots.items()}
-        if self.judge.hear(message, truth):
+            heard = self.judge.hear(message, truth)
+        except (ProtocolError, ValueError) as error:
+            return list(self._dropped.enter("a word to the judge", SERVER, str(error)))
+        if heard:
             return []
         return [Send("uplink", SERVER, MapRequest(have=self.judge.number))]
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from protocol.body import Body
 from protocol.effects import Note, Send
+from protocol.fault_book import FaultBook
 from protocol.map_cells import pack_cells
 from protocol.messages import MapDelta, MapRequest, MapSnapshot
 from robot_agent.explorer import Explorer
@@ -15,9 +16,10 @@ from robot_agent.settings import RobotSettings
 FREE = np.full((3, 4), -1.0, dtype=np.float32)
 
 
-def follower() -> tuple[MapFollower, PlanningMap]:
-    held = PlanningMap(0.2, PlanningMapSettings())
-    return MapFollower(held, Explorer(Body(), RobotSettings().explorer, held), 1.0), held
+def follower(**settings: int) -> tuple[MapFollower, PlanningMap]:
+    held = PlanningMap(0.2, PlanningMapSettings(**settings))
+    explorer = Explorer(Body(), RobotSettings().explorer, held)
+    return MapFollower(held, explorer, 1.0, FaultBook()), held
 
 
 def delta(number: int, rows: int = 3) -> MapDelta:
@@ -51,7 +53,16 @@ def test_after_a_gap_the_whole_map_is_asked_for_but_not_all_the_time() -> None:
 
 def test_bytes_that_hold_something_else_are_dropped_and_named() -> None:
     following, held = follower()
-    for effects in (following.delta(delta(1, rows=5), 0.0), following.snapshot(whole(1, rows=5))):
-        (note,) = effects
-        assert isinstance(note, Note) and "dropped" in note.text
+    (note,) = following.delta(delta(1, rows=5), 0.0)
+    assert isinstance(note, Note) and "dropped a map change of server" in note.text
+    assert following.delta(delta(1, rows=5), 0.0) == []
+    (note,) = follower()[0].snapshot(whole(1, rows=5))
+    assert isinstance(note, Note) and "dropped the map of server" in note.text
+    assert held.number == 0
+
+
+def test_a_map_too_large_for_this_robot_is_not_taken_over() -> None:
+    following, held = follower(largest_cells=10)
+    (note,) = following.snapshot(whole(1))
+    assert isinstance(note, Note) and "too large" in note.text
     assert held.number == 0

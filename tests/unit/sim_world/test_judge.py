@@ -138,3 +138,11 @@ def test_old_poses_are_thinned_out() -> None:
     for _ in range(25):
         one.hear(poses(**at), truth)
     assert len(one._pairs) <= 4000
+
+
+def test_a_map_beyond_all_reason_is_not_believed() -> None:
+    one = judge()
+    assert one.hear(delta(1, 0, 0, 4, 4), {})
+    with pytest.raises(ValueError, match="not believed"):
+        one.hear(delta(2, 10**6, 10**6, 4, 4), {})
+    assert one.number == 1 and one.cells.size < 10**6

@@ -219,7 +219,10 @@ def test_the_judge_knocks_until_it_hears_and_asks_for_what_it_missed() -> None:
     header = Header("map_delta", "server", "world", 1, 0.0)
     (note,) = world.handle(Passing("uplink", header, [b"", b""]), 0.3)
     assert isinstance(note, Note)
-    assert "cannot read" in note.text
+    assert "dropped a word to the judge of server" in note.text
+    far = passing("uplink", "server", "world", delta(2, 10**6, 10**6, 2, 2))
+    (note,) = world.handle(far, 0.4)
+    assert isinstance(note, Note) and "not believed" in note.text
 
 
 def test_a_wanted_coverage_ends_the_mission_once() -> None:

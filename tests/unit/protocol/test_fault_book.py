@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from server.fault_book import FaultBook
+from protocol.fault_book import FaultBook
 
 
 def test_a_fault_is_named_once_and_counted_always() -> None:
