@@ -23,10 +23,10 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
     single, union = _clear_cells(master)
     robots = {
         name: {
-            "ended": master.states[name],
+            "ended": master.roster.states[name],
             "track_map": merger.track(name) if name in merger.members else np.empty((0, 4)),
         }
-        for name in master.robots
+        for name in master.roster.robots
     }
     return {
         "ended": master.ended or "failed",
@@ -43,7 +43,7 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
         "pose_graph": PoseGraphRecord(_chains(master)),
         "events": [
             {"t_s": now, "event": "frames dropped", "peer": peer, "reason": reason, "count": count}
-            for (peer, reason), count in sorted(master.rejected.items())
+            for (peer, reason), count in sorted(master.faults.counts.items())
         ],
     }
 
@@ -51,7 +51,7 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
 def _chains(master: Master) -> dict[str, ScanChain]:
     """Return the placed scans of each robot as chains of the pose graph."""
     chains = {}
-    for name in master.robots:
+    for name in master.roster.robots:
         nodes = [node for node in master.merger.nodes if node.robot == name]
         if nodes:
             chains[name] = ScanChain(
@@ -68,7 +68,7 @@ def _clear_cells(master: Master) -> tuple[dict[str, int], int]:
     single = {}
     union = np.zeros(geometry.shape, dtype=np.bool_)
     thresholds = master.settings.map.p_obstacle, master.settings.map.p_clear
-    for name in master.robots:
+    for name in master.roster.robots:
         grid = OccupancyGrid.unknown(geometry)
         for node in master.merger.nodes:
             if node.robot == name:

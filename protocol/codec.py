@@ -17,7 +17,8 @@ from pydantic import ValidationError
 
 from protocol.errors import FrameError, MessageError, UnknownTypeError, VersionError
 from protocol.fields import ArrayField, is_name
-from protocol.messages import EVERYONE, PROTOCOL_VERSION, FleetMessage, Message
+from protocol.fleet import FleetMessage
+from protocol.messages import EVERYONE, PROTOCOL_VERSION, Message
 from protocol.world_messages import WorldMessage
 
 MAX_PARTS = 8

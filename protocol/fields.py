@@ -20,6 +20,7 @@ from pydantic_core import core_schema
 from mapping.geometry import Pose2, wrap_angle
 
 LARGEST_COORDINATE = 1.0e5  # [m]; a pose farther out than 100 km is a fault, not a place
+LARGEST_EDGE = 20_000  # rows or columns of a map that can be said at all
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,10 +70,13 @@ class PlanningMap:
         """Take over a whole map; return the box of all its cells, empty for an old snapshot.
 
         Raises:
-            ValueError: the bytes do not hold the cells that the message announces.
+            ValueError: the bytes do not hold the cells that the message announces, or these are
+                more than `largest_cells`.
         """
         if message.number <= self.number and self.number > 0:
             return EMPTY_BOX
+        if message.rows * message.cols > self._settings.largest_cells:
+            raise ValueError(f"a map of {message.rows} x {message.cols} cells is too large")
         cells = unpack_cells(message.cells, message.rows, message.cols)
         resolution = message.resolution_m
         # Deltas are placed by whole cells of the lattice through (0, 0): so is the snapshot.

@@ -18,9 +18,10 @@ from mapping.geometry import Floats, Pose2, interpolate, wrap_angle
 from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
 from mapping.match_map import MapSettings, MatchMap
 from mapping.scan import LaserScan
-from mapping.scan_integration import IntegrationSettings
+from mapping.scan_integration import IntegrationSettings, scan_extent
 from mapping.scan_matching import MatchResult, match
 from mapping.scan_points import scan_points, turned_points
+from protocol.fields import LARGEST_EDGE
 from server.settings import MergerSettings
 
 _HELD_TOGETHER = 6  # reports that are matched together to tie a robot to the map
@@ -93,10 +94,15 @@ class Placement:
     Attributes:
         matched: whether it agrees with the team's map.
         moved: correction of the robot's place by this report [m].
+        too_far: whether it was refused because the map would have grown beyond all reason.
     """
 
     matched: bool
     moved: float
+    too_far: bool = False
+
+
+TOO_FAR = Placement(matched=False, moved=0.0, too_far=True)
 
 
 class MapMerger:
@@ -157,6 +163,8 @@ class MapMerger:
     def place(self, name: str, report: Report) -> Placement:
         """Place a report in the team's map; the robot's alignment follows."""
         member = self.members[name]
+        if not self._holds(report.scan, member.T_map_odom @ report.T_odom_base):
+            return TOO_FAR
         if not member.aligned:
             return self._tie(name, member, report)
         prior = self._prior(member)
@@ -265,6 +273,8 @@ class MapMerger:
     def _insert(self, name: str, member: Member, report: Report, T_map_odom: Pose2) -> Placement:
         """Insert a scan at its corrected pose."""
         T_map_base = T_map_odom @ report.T_odom_base
+        if not self._holds(report.scan, T_map_base):
+            return TOO_FAR
         box = self.map.insert(report.scan, T_map_base)
         moved = (member.T_map_odom @ report.T_odom_base).distance_to(T_map_base)
         self.nodes.append(
@@ -276,6 +286,16 @@ class MapMerger:
         member.placed += 1
         self.dirty = self.dirty.union(box.shifted(*self.lattice))
         return Placement(True, moved)
+
+    def _holds(self, scan: LaserScan, T_map_base: Pose2) -> bool:
+        """Whether map and search stay within the limits if this scan is looked for here."""
+        most = self.settings.largest_cells
+        larger, _ = self.geometry.grown(*scan_extent(scan, T_map_base))
+        # The search lays a square around the laser, as wide as its longest beams on both sides.
+        longest = float(scan.ranges[scan.hits].max(initial=0.0)) / self.geometry.resolution
+        square = (2.0 * longest) ** 2
+        edge = max(larger.rows, larger.cols)
+        return larger.rows * larger.cols <= most and square <= most and edge <= LARGEST_EDGE
 
     def _extend_track(self, member: Member, report: Report, T_map_odom: Pose2) -> None:
         """Append the corrected poses since the last report; the correction grows along the way."""

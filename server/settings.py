@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from protocol.fields import NotNegative, Positive
+from protocol.map_cells import LARGEST_CELLS
 from server.executive_settings import ExecutiveSettings
 
 
@@ -23,6 +24,9 @@ class MergerSettings(_Settings):
     A robot is tied to the team's map when all its reports so far, together, match it with at least
     `align_points` end points at walls, a share of `align_fit`, and an uncertainty of no more than
     `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails.
+
+    A report that would make the map larger than `largest_cells` is refused: a robot whose pose is
+    nonsense must not cost the team its server.
     """
 
     resolution_m: Annotated[float, Field(gt=0.005, le=1.0)] = 0.05
@@ -37,6 +41,7 @@ class MergerSettings(_Settings):
     drift_deg: NotNegative = 0.5
     search_sigma_m: Positive = 0.1
     wide_scale: Positive = 9.0
+    largest_cells: Annotated[int, Field(ge=1_000, le=LARGEST_CELLS)] = 25_000_000
 
 
 class MapSettings(_Settings):

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from mapping.geometry import Floats, Pose2, fit_rigid
 from mapping.grid import GridGeometry, classify, geometry_around
-from protocol.map_cells import dequantise, unpack_cells
+from protocol.map_cells import LARGEST_CELLS, dequantise, unpack_cells
 from protocol.messages import MapDelta, MapSnapshot, Message, TeamPoses
 from sim_world.truth import CoverageJudge
 
@@ -55,6 +55,10 @@ class Judge:
         Args:
             message: a map snapshot or delta, team poses, or something of no interest.
             truth: the robots' true poses, world frame, by name.
+
+        Raises:
+            ValueError: the bytes do not hold the cells announced, or the map would grow beyond
+                all reason.
         """
         if isinstance(message, MapSnapshot):
             self._snapshot(message)
@@ -95,16 +99,18 @@ class Judge:
         x, y = message.lattice_x * resolution, message.lattice_y * resolution
         half = 0.5 * resolution
         far_x, far_y = x + message.cols * resolution - half, y + message.rows * resolution - half
+        cells = unpack_cells(message.cells, message.rows, message.cols)
         if self.geometry is None:
             self.geometry = geometry_around(x + half, y + half, far_x, far_y, resolution)
             self.cells = np.zeros(self.geometry.shape, np.int8)
-        self.geometry, padding = self.geometry.grown(x + half, y + half, far_x, far_y)
+        larger, padding = self.geometry.grown(x + half, y + half, far_x, far_y)
+        if larger.rows * larger.cols > LARGEST_CELLS:
+            raise ValueError(f"a map of {larger.rows} x {larger.cols} cells is not believed")
+        self.geometry = larger
         if not padding.none or not self.cells.flags.writeable:
             self.cells = padding.pad(self.cells, 0)
         iy, ix = self.geometry.cell_at(x + half, y + half)
-        self.cells[iy : iy + message.rows, ix : ix + message.cols] = unpack_cells(
-            message.cells, message.rows, message.cols
-        )
+        self.cells[iy : iy + message.rows, ix : ix + message.cols] = cells
         self.number, self._changed = message.number, True
 
     def _poses(self, message: TeamPoses, truth: dict[str, Pose2]) -> None:

@@ -150,3 +150,26 @@ def test_held_reports_are_taken_in_the_end_even_if_unsure() -> None:
     seen = report(Pose2(0.4, 0.2, 0.0), Pose2(0.4, 0.2, 0.0))
     assert not merger.place("b", seen).matched
     assert merger.place("b", seen).matched
+
+
+def test_a_map_never_grows_beyond_its_limit() -> None:
+    merger = merger_with_map(largest_cells=400 * 400)
+    shape = merger.geometry.shape
+    far = merger.place("a", report(Pose2(0.3, 0.2, 0.2), Pose2(-300.0, 0.0, 0.0)))
+    assert far.too_far and not far.matched
+    assert merger.geometry.shape == shape and len(merger.nodes) == 2
+    assert merger.place("a", report(Pose2(0.2, 0.1, 0.1), stamp=2.0)).matched
+
+
+def test_a_beam_without_end_is_not_searched_for() -> None:
+    merger = merger_with_map()
+    endless = LaserScan(np.array([999.0], dtype=np.float32), 0.0, 0.1, 1000.0, 0.0)
+    assert merger.place("a", Report(endless, IDENTITY, SURE, np.zeros((0, 4)))).too_far
+
+
+def test_a_correction_that_leads_too_far_is_not_inserted() -> None:
+    merger = merger_with_map(largest_cells=400 * 400)
+    member = merger.members["a"]
+    told = report(IDENTITY, stamp=2.0)
+    assert merger._insert("a", member, told, Pose2(400.0, 0.0, 0.0)).too_far
+    assert len(merger.nodes) == 2
