@@ -206,8 +206,8 @@ class Bid(Message):
 
     `places_map` (n, 2) [m]; `gains` (n,) expected information [m2]; `costs_m` (n,) path length
     [m]; `rectangles_map` (n, 4) x_min, y_min, x_max, y_max [m] of the information gain regions.
-    `detours_m` (n,) [m]: how much longer a round through all its places gets when the robot goes
-    there first; empty from a robot that does not tell. `unreachable_map` (k, 2) are frontier places
+    `losses` (n,) [m2]: how much less the robot expects of the rest of its route when it goes there
+    first; empty from a robot that does not look ahead. `unreachable_map` (k, 2) are frontier places
     this body cannot get to.
     """
 
@@ -220,7 +220,7 @@ class Bid(Message):
     costs_m: Numbers
     rectangles_map: Rectangles
     unreachable_map: Points
-    detours_m: Numbers = NO_NUMBERS
+    losses: Numbers = NO_NUMBERS
 
 
 class Award(Message):

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from mapping.frontier_tour import round_lengths
+from mapping.frontier_tour import values_after
 from mapping.frontiers import find_frontiers
 from mapping.gain_cache import GainCache
 from mapping.geometry import Floats, Pose2
@@ -88,9 +88,7 @@ class Explorer:
         gains, rectangles = self._gains(frontiers.cells[reached])
         keep = self._best(gains)
         stands = stands[reached][keep]
-        detours = self._detours(
-            ways, stands, frontiers.component[reached][keep], gains[keep], others
-        )
+        losses = self._losses(ways, stands, frontiers.component[reached][keep], gains[keep], others)
         return Bid(
             number=self._number,
             map_number=self._map.number,
@@ -102,10 +100,10 @@ class Explorer:
             unreachable_map=self._map.geometry.centres_of(frontiers.cells[~reached])[:400].astype(
                 np.float32
             ),
-            detours_m=detours.astype(np.float32),
+            losses=losses.astype(np.float32),
         )
 
-    def _detours(
+    def _losses(
         self,
         ways: Ways,
         stands: Cells,
@@ -113,10 +111,10 @@ class Explorer:
         gains: Floats,
         others: Floats,
     ) -> Floats:
-        """Return how much longer the robot's round gets by going to each place first, (n,) [m].
+        """Return how much less the rest of the robot's route is worth by going there first, (n,).
 
-        Of every frontier one place takes part: the nearest of those worth a trip. The round leads
-        through the frontiers that no teammate has a shorter way to.
+        Of every frontier one place takes part: the nearest of those worth a trip. The route leads
+        through frontiers that no teammate has a shorter way to.
 
         Args:
             ways: those of this bid.
@@ -124,27 +122,27 @@ class Explorer:
             component: (n,) which frontier a place belongs to.
             gains: (n,) [m2].
             others: (k, 2) [m] where the teammates are, map frame.
+
+        Returns:
+            [m2], 0 for the place from where most can be gained afterwards.
         """
         costs = ways.field.at(stands)
         settings = self._settings
-        rows = leaders(component, costs, gains, settings.round_gain_m2, settings.round_places_max)
+        rows = leaders(component, costs, gains, settings.route_gain_m2, settings.route_places_max)
         if len(rows) == 0:
             return np.zeros(len(stands))
         mates = ways.stands(self._map.geometry.cells_at(others), self._body.radius_m + 0.5)
-        mates = mates[mates[:, 0] >= 0]
-        between = ways.between(np.concatenate((stands[rows], mates)))
+        between = ways.between(np.concatenate((stands[rows], mates[mates[:, 0] >= 0])))
         n = len(rows)
         theirs = between[:n, n:].min(axis=1, initial=np.inf)
         mine = np.flatnonzero(costs[rows] <= theirs)
-        beyond = np.minimum(settings.round_beyond * np.sqrt(gains[rows]), settings.gain_range_m)
-        lengths = round_lengths(between[:n, :n], costs[rows], beyond, mine)
-        rest = lengths - costs[rows]
+        beyond = np.minimum(settings.route_beyond * np.sqrt(gains[rows]), settings.gain_range_m)
+        after = values_after(between[:n, :n], gains[rows], beyond, mine, settings.route_worth)
         row_of = {int(component[row]): k for k, row in enumerate(rows)}
-        after = np.array(
-            [rest[row_of[c]] if c in row_of else rest.max() for c in component.tolist()]
-        )
-        detours: Floats = np.maximum(costs + after - lengths.min(), 0.0)
-        return detours
+        least = after.min()
+        values = np.array([after[row_of[c]] if c in row_of else least for c in component.tolist()])
+        losses: Floats = after.max() - values
+        return losses
 
     def _gains(self, cells: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return the expected information [m2] at frontier cells and its rectangles [m]."""

@@ -16,7 +16,9 @@ PLAIN = AuctionSettings(cost_weight_m2_per_m=1.0, gain_cap_m2=1e6, stay_m2=0.0)
 CAPPED = PLAIN.model_copy(update={"gain_cap_m2": 25.0})
 
 
-def bid(robot: str, *rows: Row, cost_weight: float = 1.0) -> RobotBid:
+def bid(
+    robot: str, *rows: Row, cost_weight: float = 1.0, losses: list[float] | None = None
+) -> RobotBid:
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)
     places, half = table[:, :2], table[:, 4:5]
     return RobotBid(
@@ -29,6 +31,7 @@ def bid(robot: str, *rows: Row, cost_weight: float = 1.0) -> RobotBid:
         table[:, 3],
         np.column_stack((places - half, places + half)),
         np.empty((0, 2)),
+        np.zeros(len(table)) if losses is None else np.array(losses, dtype=np.float64),
         cost_weight,
     )
 
@@ -49,6 +52,14 @@ def test_the_highest_net_utility_goes_first_and_discounts_the_rest() -> None:
     )
     assert goals(choices) == {"anna": (0, 0), "ben": (9, 0)}
     assert [choice.utility for choice in choices] == [18, 10]
+
+
+def test_what_would_have_to_be_come_back_for_goes_first() -> None:
+    rows = ((0, 0, 4, 2, 1), (9, 0, 20, 9, 2))
+    round_trip = bid("anna", *rows, losses=[0.0, 16.0])
+    assert goals(Auction(PLAIN).assign((round_trip,), (), ())) == {"anna": (0, 0)}
+    blind = Auction(PLAIN.model_copy(update={"loss_weight": 0.0}))
+    assert goals(blind.assign((round_trip,), (), ())) == {"anna": (9, 0)}
 
 
 def test_overlap_discounts_by_area() -> None:

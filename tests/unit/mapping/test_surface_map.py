@@ -15,7 +15,7 @@ from tests.unit.mapping.rectangle import rectangle_scan
 def take(grid: OccupancyGrid, surfaces: SurfaceMap, scan: LaserScan, pose: Pose2) -> None:
     surfaces.grow(grid.grow(*scan_extent(scan, pose)))
     box = integrate_scan(grid, scan, pose)
-    surfaces.update(grid, turned_points(scan_points(scan), pose), box)
+    surfaces.update(grid, turned_points(scan_points(scan), pose), box, 0.05)
 
 
 def mapped(scans: int = 5, noise: float = 0.0, settings: SurfaceSettings | None = None):
@@ -117,11 +117,11 @@ def test_room_is_made_for_any_number_of_surfels():
 def test_old_end_points_are_forgotten():
     grid = OccupancyGrid.unknown(GridGeometry(0.1, 0.0, 0.0, 1, 1))
     surfaces = SurfaceMap((1, 1), SurfaceSettings(memory=4.0))
-    for reach in [1.01] * 6 + [1.09] * 30:
+    for reach in [1.01] * 6 + [1.04] * 30:
         scan = LaserScan(np.array([reach], dtype=np.float32), 0.0, 0.1, 5.0, 0.0)
         take(grid, surfaces, scan, Pose2(0.0, 0.05, 0.0))
     assert surfaces.sums[0, 0] == pytest.approx(4.0)
-    assert surfaces.sums[0, 1] / surfaces.sums[0, 0] == pytest.approx(1.09, abs=1e-3)
+    assert surfaces.sums[0, 1] / surfaces.sums[0, 0] == pytest.approx(1.04, abs=1e-3)
 
 
 def test_end_points_outside_the_grid_are_left_out():
