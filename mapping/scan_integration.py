@@ -312,7 +312,7 @@ def _close_surfaces(
 ) -> None:
     """Let neighbouring beams that end close together also end in the cells between their ends.
 
-    Cells that beams pass, or that were seen to be free, are left as they are.
+    Cells that more than one beam passes, or that were seen to be free, are left as they are.
     """
     rows, cols = ended.shape
     k = -1
@@ -330,7 +330,7 @@ def _close_surfaces(
             ix = int(math.floor((solid[k, 0] + dx * j / pieces - corner_x) / resolution))
             if not (0 <= iy < rows and 0 <= ix < cols) or log_odds[iy + iy0, ix + ix0] < 0.0:
                 continue
-            if ended[iy, ix] == 0 and passed[iy, ix] == 0:
+            if ended[iy, ix] == 0 and passed[iy, ix] <= 1:
                 ended[iy, ix] = 1
 
 

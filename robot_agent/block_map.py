@@ -32,7 +32,6 @@ class BlockMap:
     def __init__(
         self,
         planning_map: PlanningMap,
-        body_radius: float,
         gain_factor: int,
         cost_factor: int,
         by_probability: bool,
@@ -41,13 +40,11 @@ class BlockMap:
 
         Args:
             planning_map: the map to follow.
-            body_radius: of the robot [m].
             gain_factor: cells along an edge of the blocks of `gains`.
             cost_factor: the same of `weights`.
             by_probability: whether an unknown cell counts by its entropy; else each counts 1.
         """
         self._map = planning_map
-        self._radius = body_radius
         self._gain_factor, self._cost_factor = gain_factor, cost_factor
         steps = np.arange(256, dtype=np.uint8).view(np.int8)
         self._weight_of_byte = entropy_weight(dequantise(steps)) if by_probability else None
@@ -66,7 +63,9 @@ class BlockMap:
         for box in self._changed:
             if self._weight_of_byte is not None:
                 self.gains.fine_weight[box.slices] = self._counts(box)
-            around = box.dilated(math.ceil(self._radius / geometry.resolution), geometry)
+            around = box.dilated(
+                math.ceil(self._map.clearance_least / geometry.resolution), geometry
+            )
             self.gains.fine[around.slices] = self._roomy(around)
             refresh_classes(self.gains, around)
             around = box.dilated(self._map.reach, geometry)
@@ -87,7 +86,7 @@ class BlockMap:
         return roomy_classes(
             np.ascontiguousarray(self._map.classes[box.slices]),
             np.ascontiguousarray(self._map.clearance[box.slices]),
-            self._radius,
+            self._map.clearance_least,
         )
 
     def _counts(self, box: CellBox) -> npt.NDArray[np.float32]:

@@ -43,10 +43,10 @@ class Explorer:
         self._cache = GainCache(
             min(body.lidar.range_max_m, settings.gain_range_m) / self._geometry.resolution
         )
-        self._margin = math.ceil(body.radius_m / self._geometry.resolution)
+        self._margin = math.ceil(body.radius_m / self._geometry.resolution) + 1
         self._changed: list[CellBox] = []
         self._blocks = BlockMap(
-            planning_map, body.radius_m, settings.coarsening, BLOCK, settings.weigh_by_probability
+            planning_map, settings.coarsening, BLOCK, settings.weigh_by_probability
         )
         self._number = 0
         self._dirty = False

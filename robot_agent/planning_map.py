@@ -127,6 +127,12 @@ class PlanningMap:
         """Whether the point (x, y) [m] in the map frame lies in the map."""
         return self.geometry.holds(*self.geometry.cell_at(x, y))
 
+    @property
+    def clearance_least(self) -> float:
+        """The least clearance [m] at which the body fits onto a cell."""
+        # Clearance is to the middle of an obstacle's cell, whose edge is half a cell nearer.
+        return self._body_radius + 0.5 * self.geometry.resolution - _ROUNDING
+
     def clearance_at(self, x: float, y: float) -> float:
         """Return the distance [m] from (x, y) to the nearest obstacle cell, 0 off the map."""
         iy, ix = self.geometry.cell_at(x, y)
@@ -210,9 +216,7 @@ class PlanningMap:
         self, clear: npt.NDArray[np.bool_], clearance: npt.NDArray[np.float32]
     ) -> npt.NDArray[np.uint8]:
         """Return the traversal weights of a part of the grid."""
-        # Clearance is to the middle of an obstacle's cell, whose edge is half a cell nearer.
-        least = self._body_radius + 0.5 * self.geometry.resolution - _ROUNDING
-        return traversal_weights(clear, clearance, least, self._settings.comfort_m)
+        return traversal_weights(clear, clearance, self.clearance_least, self._settings.comfort_m)
 
 
 def _box_of(mask: npt.NDArray[np.bool_], box: CellBox) -> CellBox:

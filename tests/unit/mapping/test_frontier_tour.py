@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mapping.frontier_tour import round_lengths, ways_between
+from mapping.frontier_tour import _shorten_route, values_after, ways_between
 from mapping.path_planning import cost_field
 
 
@@ -57,46 +57,70 @@ def test_no_places_have_no_ways():
     assert ways_between(field, weights, np.zeros((0, 2), dtype=np.int64), 5.0).shape == (0, 0)
 
 
-def lengths(xs: list[float], start: float, beyond: list[float] | None = None, wanted=None):
-    places = np.array(xs)
-    between = np.abs(places[:, np.newaxis] - places)
-    return round_lengths(
-        between,
-        np.abs(places - start),
-        np.zeros(len(xs)) if beyond is None else np.array(beyond),
+def after(xs, gains, worth=1.0, beyond=None, wanted=None):
+    places = np.array(xs, dtype=np.float64)
+    return values_after(
+        np.abs(places[:, np.newaxis] - places),
+        np.array(gains, dtype=np.float64),
+        np.zeros(len(xs)) if beyond is None else np.array(beyond, dtype=np.float64),
         np.arange(len(xs)) if wanted is None else np.array(wanted, dtype=np.int64),
+        worth,
     )
 
 
-def test_the_near_corner_first_makes_the_shorter_round():
-    near, far = lengths([-2.0, 10.0], start=0.0)
-    assert near == pytest.approx(2.0 + 12.0)
-    assert far == pytest.approx(10.0 + 12.0)
+def test_a_route_goes_on_to_what_pays():
+    # From each place the other is 12 m away: 20 m2 are worth that, 5 are not.
+    assert after([-2.0, 10.0], [5.0, 20.0]).tolist() == [8.0, 0.0]
+
+
+def test_what_pays_on_the_way_is_taken_along():
+    values = after([0.0, 5.0, 10.0], [0.0, 1.0, 30.0])
+    assert values[0] == pytest.approx(30.0 + 1.0 - 10.0)
 
 
 def test_what_lies_beyond_the_last_place_is_not_driven_back():
-    near, far = lengths([-3.0, 3.0], start=0.0, beyond=[5.0, 0.0])
-    assert near == pytest.approx(3.0 + 5.0 + 6.0)
-    assert far == pytest.approx(3.0 + 6.0)
+    values = after([0.0, 2.0], [9.0, 9.0], beyond=[5.0, 0.0])
+    assert values.tolist() == [9.0 - 2.0 - 5.0, 9.0 - 2.0]
 
 
-def test_a_place_that_is_not_wanted_is_visited_by_its_own_round_only():
-    first, second = lengths([1.0, 5.0], start=0.0, wanted=[0])
-    assert first == pytest.approx(1.0)
-    assert second == pytest.approx(5.0 + 4.0)
+def test_places_that_are_not_wanted_are_passed_over():
+    assert after([0.0, 1.0, 2.0], [9.0, 9.0, 9.0], wanted=[1]).tolist() == [8.0, 0.0, 8.0]
+    assert after([0.0, 1.0], [9.0, 9.0], wanted=[]).tolist() == [0.0, 0.0]
 
 
-@given(st.lists(st.tuples(st.floats(-9, 9), st.floats(-9, 9)), min_size=1, max_size=6))
+def best_after(between, gains, worth: float, start: int) -> float:
+    others = [k for k in range(len(gains)) if k != start]
+    best = 0.0
+    for count in range(1, len(others) + 1):
+        for route in itertools.permutations(others, count):
+            way = sum(between[a, b] for a, b in itertools.pairwise((start, *route)))
+            best = max(best, sum(gains[k] for k in route) - worth * way)
+    return best
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.floats(0, 20)), min_size=1, max_size=5
+    )
+)
 @settings(max_examples=30, deadline=None)
-def test_a_round_is_no_shorter_than_the_shortest_and_not_much_longer(rows):
-    places = np.array(rows)
+def test_no_route_is_worth_more_than_the_best(rows):
+    table = np.array(rows)
+    places, gains = table[:, :2], table[:, 2]
     between = np.hypot(*(places[:, np.newaxis] - places).transpose(2, 0, 1))
-    first = np.hypot(places[:, 0], places[:, 1])
-    found = round_lengths(between, first, np.zeros(len(rows)), np.arange(len(rows)))
+    found = values_after(between, gains, np.zeros(len(rows)), np.arange(len(rows)), 1.0)
     for j in range(len(rows)):
-        rest = [k for k in range(len(rows)) if k != j]
-        shortest = first[j] + min(
-            sum(between[a, b] for a, b in itertools.pairwise((j, *order)))
-            for order in itertools.permutations(rest)
-        )
-        assert shortest - 1e-9 <= found[j] <= 1.5 * shortest + 1e-9
+        best = best_after(between, gains, 1.0, j)
+        assert -1e-9 <= found[j] <= best + 1e-9
+
+
+def test_crossed_routes_are_straightened():
+    rng = np.random.default_rng(2)
+    places = rng.uniform(0.0, 20.0, (14, 2))
+    between = np.hypot(*(places[:, np.newaxis] - places).transpose(2, 0, 1))
+    route = rng.permutation(14)
+    before = sum(between[a, b] for a, b in itertools.pairwise(route))
+    saved = _shorten_route(between, np.zeros(14), route)
+    assert sorted(route.tolist()) == list(range(14))
+    after = sum(between[a, b] for a, b in itertools.pairwise(route))
+    assert after == pytest.approx(before - saved) and saved > 0.3 * before

@@ -75,16 +75,16 @@ def test_walls_seen_longer_count_more():
 
 
 def test_the_two_faces_of_a_thin_wall_stay_apart():
-    # A wall of 4 cm at x = 1, seen from the left and from the right.
+    # A wall of 8 cm at x = 1, seen from the left and from the right.
     grid = OccupancyGrid.unknown(GridGeometry(0.1, 0.0, 0.0, 1, 1))
     surfaces = SurfaceMap((1, 1))
     bearings = np.linspace(-0.5, 0.5, 41)
-    for x in (0.0, 2.04):
+    for x in (0.0, 2.08):
         reach = (1.0 / np.cos(bearings)).astype(np.float32)
         scan = LaserScan(reach, -0.5, 0.025, 5.0, 0.0)
         take(grid, surfaces, scan, Pose2(x, 0.0, 0.0 if x == 0.0 else np.pi))
-    for layer, face in ((layer_of(-1.0, 0.0), 1.0), (layer_of(1.0, 0.0), 1.04)):
-        assert surfel_at(grid, surfaces, 1.02, 0.01, layer)[0] == pytest.approx(face, abs=2e-3)
+    for layer, face in ((layer_of(-1.0, 0.0), 1.0), (layer_of(1.0, 0.0), 1.08)):
+        assert surfel_at(grid, surfaces, 1.04, 0.01, layer)[0] == pytest.approx(face, abs=2e-3)
 
 
 def test_a_wall_that_goes_away_is_forgotten():

@@ -31,7 +31,7 @@ def delta(number: int, at: tuple[int, int], log_odds: np.ndarray) -> MapDelta:
 def test_blocks_follow_the_map_wherever_it_changes(by_probability: bool) -> None:
     rng = np.random.default_rng(4)
     planning_map = PlanningMap(0.2, PlanningMapSettings(resolution_m=RESOLUTION))
-    blocks = BlockMap(planning_map, 0.2, 4, 2, by_probability)
+    blocks = BlockMap(planning_map, 4, 2, by_probability)
     for number in range(1, 12):
         at = (int(rng.integers(-30, 60)), int(rng.integers(-30, 60)))
         shape = (int(rng.integers(1, 40)), int(rng.integers(1, 40)))
@@ -42,7 +42,9 @@ def test_blocks_follow_the_map_wherever_it_changes(by_probability: bool) -> None
             continue  # several changes at once
         blocks.refresh()
         counts = entropy_weight(dequantise(planning_map.cells)) if by_probability else None
-        roomy = roomy_classes(planning_map.classes, planning_map.clearance, 0.2)
+        roomy = roomy_classes(
+            planning_map.classes, planning_map.clearance, planning_map.clearance_least
+        )
         anew = coarsen_classes(roomy, 4, counts)
         np.testing.assert_array_equal(blocks.gains.fine, roomy)
         np.testing.assert_array_equal(blocks.gains.classes, anew.classes)
