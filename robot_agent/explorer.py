@@ -113,8 +113,8 @@ class Explorer:
     ) -> Floats:
         """Return how much less the rest of the robot's route is worth by going there first, (n,).
 
-        Of every frontier one place takes part: the nearest of those worth a trip. The route leads
-        through frontiers that no teammate has a shorter way to.
+        Of every frontier one place takes part: the nearest of those worth a trip. What a teammate
+        has a shorter way to counts less, or nothing.
 
         Args:
             ways: those of this bid.
@@ -135,9 +135,12 @@ class Explorer:
         between = ways.between(np.concatenate((stands[rows], mates[mates[:, 0] >= 0])))
         n = len(rows)
         theirs = between[:n, n:].min(axis=1, initial=np.inf)
-        mine = np.flatnonzero(costs[rows] <= theirs)
+        share = np.clip(0.5 + (theirs - costs[rows]) / settings.route_apart_m, 0.0, 1.0)
         beyond = np.minimum(settings.route_beyond * np.sqrt(gains[rows]), settings.gain_range_m)
-        after = values_after(between[:n, :n], gains[rows], beyond, mine, settings.route_worth)
+        mine = np.flatnonzero(share)
+        after = values_after(
+            between[:n, :n], share * gains[rows], beyond, mine, settings.route_worth
+        )
         row_of = {int(component[row]): k for k, row in enumerate(rows)}
         least = after.min()
         values = np.array([after[row_of[c]] if c in row_of else least for c in component.tolist()])

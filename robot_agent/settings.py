@@ -49,6 +49,8 @@ class ExplorerSettings(_Settings):
         route_gain_m2: frontiers with less to gain do not count when the robot looks ahead.
         route_places_max: the richest frontiers count, up to so many.
         route_worth: how much must be gained for each metre that a route gets longer [m2 per m].
+        route_apart_m: a frontier counts in full when the nearest teammate's way there is longer by
+            half of this, and not at all when it is shorter by half of this.
         route_beyond: what is expected to be driven beyond a frontier, there and back, as a multiple
             of the square root of the area there.
         places_max: the richest places are told, up to so many.
@@ -64,6 +66,7 @@ class ExplorerSettings(_Settings):
     route_gain_m2: NotNegative = 1.0
     route_places_max: Annotated[int, Field(ge=1, le=200)] = 40
     route_worth: NotNegative = 1.5
+    route_apart_m: Positive = 8.0
     route_beyond: NotNegative = 1.0
     places_max: Annotated[int, Field(ge=1, le=2000)] = 150
 

@@ -32,8 +32,9 @@ class AuctionSettings(BaseModel):
             this; lower values make robots stay with what they are at. 1 switches it off.
         gain_cap_m2: more than this counts no more, so that one huge open area does not always beat
             the small rooms on the way: they would have to be come back for.
-        stay_m2: the place a robot is heading for, and those within `stay_radius_m` of it, count
-            this much more: turning round costs time that path lengths do not tell.
+        stay_m2: the place a robot is heading for, those in its region, and those within
+            `stay_radius_m` of it, count this much more: turning round costs time that path lengths
+            do not tell.
         stay_radius_m: see `stay_m2`.
         separation_m: no two robots are sent to places closer than this.
     """
@@ -113,7 +114,7 @@ class Auction:
         if heading is not None:
             held = inside(bid.places, heading.rectangle)
             values = np.where(held, values / self.settings.hysteresis_ratio, values)
-            stays = near(bid.places, heading.goal, self.settings.stay_radius_m)
+            stays = held | near(bid.places, heading.goal, self.settings.stay_radius_m)
             values = np.where(stays, values + self.settings.stay_m2, values)
         offer = _Offer(bid, values, np.zeros(len(bid)), np.ones(len(bid), dtype=np.bool_))
         for count in range(1, len(running) + 1):
