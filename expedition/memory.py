@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # M_* of mallopt(3)
-_KEPT = 64 << 20  # [bytes]; free memory at the end of the heap that is not handed back
+_KEPT = 32 << 20  # [bytes]; free memory at the end of the heap that is not handed back
 _LARGE = 32 << 20  # [bytes]; larger arrays than this still come straight from the system
 
 
