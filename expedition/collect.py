@@ -17,10 +17,17 @@ from sim_world.relay import Tally
 from sim_world.world import World
 
 
-def server_part(master: Master, now: float) -> dict[str, Any]:
-    """Return what the server knows: map, trajectories, tasks, what is left."""
+def server_part(master: Master, now: float, last: bool = True) -> dict[str, Any]:
+    """Return what the server knows: map, trajectories, tasks, what is left.
+
+    Args:
+        master: the server's core.
+        now: mission time [s].
+        last: whether this is its last word. What each robot saw by itself is only counted then: it
+            takes as long as fusing all scans of the mission again, and everybody would wait.
+    """
     merger = master.merger
-    single, union = _clear_cells(master)
+    single, union = _clear_cells(master) if last else ({}, None)
     robots = {
         name: {
             "ended": master.roster.states[name],

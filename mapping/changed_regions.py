@@ -29,29 +29,39 @@ def changed_regions(
         Boxes in cells of the grid, in the grid's order of their first tiles; each reaches to the
         outermost cells of its region that differ.
     """
-    extents = _regions(before, after, TILE)
+    rows, cols = before.shape
+    differs = np.empty((rows, -(-cols // TILE) * TILE), dtype=np.bool_)
+    np.not_equal(before, after, out=differs[:, :cols])
+    differs[:, cols:] = False
+    extents = _regions(differs, differs.view(np.uint64), TILE)
     return [CellBox(*extent).shifted(box.iy0, box.ix0) for extent in extents.tolist()]
 
 
 @compiled
 def _regions(
-    before: npt.NDArray[np.int8], after: npt.NDArray[np.int8], tile: int
+    differs: npt.NDArray[np.bool_], words: npt.NDArray[np.uint64], tile: int
 ) -> npt.NDArray[np.int64]:
-    """Return the boxes (N, 4) of the groups of neighbouring tiles that hold a difference."""
-    rows, cols = before.shape
-    high, wide = -(-rows // tile), -(-cols // tile)
+    """Return the boxes (N, 4) of the groups of neighbouring tiles that hold a difference.
+
+    Args:
+        differs: (rows, whole tiles), which cells differ.
+        words: the same eight cells at a time; most are 0.
+        tile: cells along an edge of a tile.
+    """
+    rows, cols = differs.shape
+    high, wide = -(-rows // tile), cols // tile
     extents = np.zeros((high, wide, 4), dtype=np.int64)
     for iy in range(rows):
         for tx in range(wide):
-            first, last = tx * tile, min((tx + 1) * tile, cols)
-            differs = 0
-            for ix in range(first, last):
-                differs |= before[iy, ix] ^ after[iy, ix]
-            if differs == 0:
+            some = False
+            for word in words[iy, tx * tile // 8 : (tx + 1) * tile // 8]:
+                some = some or word != 0
+            if not some:
                 continue
-            while before[iy, first] == after[iy, first]:
+            first, last = tx * tile, (tx + 1) * tile
+            while not differs[iy, first]:
                 first += 1
-            while before[iy, last - 1] == after[iy, last - 1]:
+            while not differs[iy, last - 1]:
                 last -= 1
             _stretch(extents[iy // tile, tx], iy, first, iy + 1, last)
     found = np.empty((high * wide, 4), dtype=np.int64)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from protocol.codec import Frame, Header, decode, decode_header, encode_content, encode_header
 from protocol.effects import (
@@ -29,8 +30,7 @@ from protocol.errors import FrameError, ProtocolError, UnknownTypeError
 from protocol.messages import WORLD, Message
 
 
-@dataclass(frozen=True, slots=True)
-class Parcel:
+class Parcel(NamedTuple):
     """A frame on its way: the channel it leaves by or arrives on, and the peer at the other end."""
 
     channel: str

@@ -7,7 +7,6 @@ validated it; here only its sender's name is looked at.
 from __future__ import annotations
 
 import zmq
-import zmq.asyncio
 
 from protocol.fields import is_name
 from protocol.host import Parcel
@@ -30,16 +29,16 @@ class DirectPeers:
         reserved: names that only ever speak through the world and are refused here.
     """
 
-    def __init__(self, socket: zmq.asyncio.Socket, reserved: frozenset[str]) -> None:
+    def __init__(self, socket: zmq.Socket[bytes], reserved: frozenset[str]) -> None:
         self._socket = socket
         self._reserved = reserved
         self._routes: dict[str, bytes] = {}  # who was silent longest comes first
 
-    async def arrivals(self) -> list[Parcel]:
+    def arrivals(self) -> list[Parcel]:
         """Return the frames that came since the last call, without waiting."""
         parcels: list[Parcel] = []
-        while len(parcels) < MAX_FRAMES_PER_INSTANT and await self._socket.poll(0):
-            message = await self._socket.recv_multipart()
+        while len(parcels) < MAX_FRAMES_PER_INSTANT and self._waiting():
+            message = self._socket.recv_multipart()
             identity, frame = message[0], message[1:]
             name = identity.split(b"#")[0].decode("utf-8", "replace")
             if is_name(name) and name not in self._reserved:
@@ -56,13 +55,17 @@ class DirectPeers:
             del self._routes[next(iter(self._routes))]
         self._routes[name] = identity
 
-    async def send(self, parcel: Parcel) -> bool:
+    def _waiting(self) -> bool:
+        """Whether a frame is there to be taken."""
+        return bool(int(self._socket.getsockopt(zmq.EVENTS)) & zmq.POLLIN)
+
+    def send(self, parcel: Parcel) -> bool:
         """Send a frame if its receiver is connected here; return whether it is."""
         identity = self._routes.get(parcel.peer)
         if identity is None or parcel.channel != "fleet":
             return False
         try:
-            await self._socket.send_multipart([identity, *parcel.frame], flags=zmq.DONTWAIT)
+            self._socket.send_multipart([identity, *parcel.frame], flags=zmq.DONTWAIT)
         except zmq.ZMQError:
             del self._routes[parcel.peer]
         return True

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Awaitable
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 import pytest
 import zmq
-import zmq.asyncio
 
 from protocol.host import Parcel
 from protocol.transports import direct
 from protocol.transports.direct import STRANGER, DirectPeers
-
-_Result = TypeVar("_Result")
 
 
 class FakeSocket:
@@ -25,37 +20,31 @@ class FakeSocket:
         self.sent: list[list[bytes]] = []
         self.gone: set[bytes] = set()
 
-    async def poll(self, timeout: int) -> int:
-        return len(self.waiting)
+    def getsockopt(self, option: int) -> int:
+        assert option == zmq.EVENTS
+        return zmq.POLLIN if self.waiting else 0
 
-    async def recv_multipart(self) -> list[bytes]:
+    def recv_multipart(self) -> list[bytes]:
         return self.waiting.pop(0)
 
-    async def send_multipart(self, parts: list[bytes], flags: int = 0) -> None:
+    def send_multipart(self, parts: list[bytes], flags: int = 0) -> None:
         if parts[0] in self.gone:
             raise zmq.ZMQError(zmq.EHOSTUNREACH)
         self.sent.append(parts)
 
 
-def now(word: Awaitable[_Result]) -> _Result:
-    async def run() -> _Result:
-        return await word
-
-    return asyncio.run(run())
-
-
 def peers() -> tuple[DirectPeers, FakeSocket]:
     socket = FakeSocket()
-    return DirectPeers(cast(zmq.asyncio.Socket, socket), frozenset({"robot1"})), socket
+    return DirectPeers(cast("zmq.Socket[bytes]", socket), frozenset({"robot1"})), socket
 
 
 def speak(made: DirectPeers, socket: FakeSocket, *identities: bytes) -> list[str]:
     socket.waiting += [[identity, b"frame"] for identity in identities]
-    return [parcel.peer for parcel in now(made.arrivals())]
+    return [parcel.peer for parcel in made.arrivals()]
 
 
 def send(made: DirectPeers, name: str, channel: str = "fleet") -> Any:
-    return now(made.send(Parcel(channel, name, [b"frame"])))
+    return made.send(Parcel(channel, name, [b"frame"]))
 
 
 def test_peers_are_heard_and_answered_by_name() -> None:
