@@ -39,7 +39,7 @@ def start_all(
     folder: Path, seconds: float, *options: str
 ) -> tuple[dict[str, subprocess.Popen[str]], Path]:
     """Start server and robots before the world: they wait for it."""
-    team = ("--world", WORLD, "--robots", "2")
+    team = ("--world", WORLD, "--robots", "2", "--seed", "2")
     world, server = f"127.0.0.1:{free_port()}", f"127.0.0.1:{free_port()}"
     there = ("--world-endpoint", world)
     shared = ("--out", "out", "--max-time", str(seconds))
@@ -67,6 +67,30 @@ def test_a_mission_by_hand_has_full_results(tmp_path: Path) -> None:
     assert summary["map"]["precision_occupied"] > 0.5
     assert "listens on" in told["server"]
     assert "robot1 is through: over" in told["robot1"]
+
+
+@pytest.mark.parametrize("words", [("agent", "robot1"), ("server", "--bind", "127.0.0.1:0")])
+def test_who_finds_no_world_gives_up_and_says_where_it_looked(
+    words: tuple[str, ...], tmp_path: Path
+) -> None:
+    nowhere = f"127.0.0.1:{free_port()}"
+    patience = ("--set", "network.join_timeout_s=1.5")
+    process = command(*words, "--world-endpoint", nowhere, *patience, cwd=tmp_path)
+    told = ended(process).splitlines()
+    assert process.returncode == 1
+    assert f"no world answered at tcp://{nowhere} within 1.5 s" in told[-1]
+    assert "--world-endpoint" in told[-1]
+
+
+def test_a_world_that_nobody_joins_gives_up_and_names_who_is_missing(tmp_path: Path) -> None:
+    at = f"127.0.0.1:{free_port()}"
+    team = ("--world", WORLD, "--robots", "1", "--set", "network.join_timeout_s=3")
+    robot = command("agent", "robot1", *team, "--world-endpoint", at, cwd=tmp_path)
+    world = command("world", *team, "--bind", at, "--out", "out", cwd=tmp_path)
+    told = ended(world).splitlines()
+    assert world.returncode == 1
+    assert "server did not join within 3 s" in told[-1]
+    assert "over" in ended(robot) and robot.returncode == 0
 
 
 def test_ctrl_c_at_an_agent_and_then_at_the_server(tmp_path: Path) -> None:
