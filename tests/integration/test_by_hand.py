@@ -10,6 +10,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+from expedition.errors import NoServerError
+from expedition.operator import Operator
 from tests.integration.teams import PATIENCE, WORLD, command, wait_until
 from tests.integration.test_operator import free_port
 
@@ -37,8 +39,12 @@ def listens(port: int) -> bool:
 
 def start_all(
     folder: Path, seconds: float, *options: str
-) -> tuple[dict[str, subprocess.Popen[str]], Path]:
-    """Start server and robots before the world: they wait for it."""
+) -> tuple[dict[str, subprocess.Popen[str]], Path, str]:
+    """Start server and robots before the world: they wait for it.
+
+    Returns:
+        The processes, the folder of the results, and the server's endpoint.
+    """
     team = ("--world", WORLD, "--robots", "2", "--seed", "2")
     world, server = f"127.0.0.1:{free_port()}", f"127.0.0.1:{free_port()}"
     there = ("--world-endpoint", world)
@@ -52,11 +58,20 @@ def start_all(
     words = ("world", *team, "--bind", world, *shared, *options)
     processes["world"] = command(*words, cwd=folder)
     wait_until(lambda: listens(int(world.rpartition(":")[2])))
-    return processes, folder / "out"
+    return processes, folder / "out", f"tcp://{server}"
+
+
+def goes_on(server: str) -> bool:
+    """Whether the mission is running: the server answers operators only then."""
+    try:
+        with Operator(server, patience=2.0) as operator:
+            return operator.now() > 0.0
+    except NoServerError:
+        return False
 
 
 def test_a_mission_by_hand_has_full_results(tmp_path: Path) -> None:
-    processes, out = start_all(tmp_path, 10.0)
+    processes, out, _ = start_all(tmp_path, 10.0)
     told = {name: ended(process) for name, process in processes.items()}
     assert {name: p.returncode for name, p in processes.items()} == dict.fromkeys(processes, 0)
     summary = json.loads((out / "summary.json").read_text())
@@ -95,8 +110,8 @@ def test_a_world_that_nobody_joins_gives_up_and_names_who_is_missing(tmp_path: P
 
 def test_ctrl_c_at_an_agent_and_then_at_the_server(tmp_path: Path) -> None:
     """The mission goes on without an agent; without its server it ends, with results."""
-    processes, out = start_all(tmp_path, 600.0, "--realtime")
-    wait_until(lambda: bool(list((out / "parts").glob("0-launch.npz"))))
+    processes, out, server = start_all(tmp_path, 600.0, "--realtime")
+    wait_until(lambda: goes_on(server))
     processes["robot2"].send_signal(signal.SIGINT)
     ended(processes["robot2"])
     assert processes["robot2"].returncode == 130
