@@ -12,6 +12,7 @@ from expedition.results.record import PoseGraphRecord, ScanChain, TruthRecord
 from expedition.team import TeamSettings
 from mapping.grid import CLEAR, OccupancyGrid, classify
 from mapping.scan_integration import IntegrationSettings, integrate_scan
+from protocol.map_cells import map_digest, quantise
 from server.master import Master
 from sim_world.relay import Tally
 from sim_world.world import World
@@ -25,6 +26,7 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
         name: {
             "ended": master.roster.states[name],
             "track_map": merger.track(name) if name in merger.members else np.empty((0, 4)),
+            "map_digest": _digest_told(master, name),
         }
         for name in master.roster.robots
     }
@@ -32,6 +34,7 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
         "ended": master.ended or "failed",
         "reason": master.reason,
         "sim_time_s": master.ended_at if master.ended else now,
+        "map_digest": map_digest(quantise(merger.log_odds), merger.geometry) or None,
         "grid": OccupancyGrid(merger.geometry, merger.log_odds) if merger.nodes else None,
         "p_obstacle": master.settings.map.p_obstacle,
         "p_clear": master.settings.map.p_clear,
@@ -46,6 +49,12 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
             for (peer, reason), count in sorted(master.faults.counts.items())
         ],
     }
+
+
+def _digest_told(master: Master, name: str) -> str | None:
+    """Return the fingerprint of a robot's copy of the map as it told it last, if it did."""
+    where = master.roster.where.get(name)
+    return where.map_digest or None if where else None
 
 
 def _chains(master: Master) -> dict[str, ScanChain]:
