@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from expedition.cast import Stage
-from expedition.results.record import PoseGraphRecord, ScanChain, TruthRecord
+from expedition.pose_graph import pose_graph
+from expedition.results.record import TruthRecord
 from expedition.team import TeamSettings
 from mapping.grid import CLEAR, OccupancyGrid, classify
 from mapping.scan_integration import IntegrationSettings, integrate_scan
@@ -43,7 +44,7 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
         "union_clear": union,
         "tasks": master.executive.happenings,
         "remaining": master.executive.remaining(),
-        "pose_graph": PoseGraphRecord(_chains(master)),
+        "pose_graph": pose_graph(master.merger.nodes),
         "events": [
             {"t_s": now, "event": "frames dropped", "peer": peer, "reason": reason, "count": count}
             for (peer, reason), count in sorted(master.faults.counts.items())
@@ -55,20 +56,6 @@ def _digest_told(master: Master, name: str) -> str | None:
     """Return the fingerprint of a robot's copy of the map as it told it last, if it did."""
     where = master.roster.where.get(name)
     return where.map_digest or None if where else None
-
-
-def _chains(master: Master) -> dict[str, ScanChain]:
-    """Return the placed scans of each robot as chains of the pose graph."""
-    chains = {}
-    for name in master.roster.robots:
-        nodes = [node for node in master.merger.nodes if node.robot == name]
-        if nodes:
-            chains[name] = ScanChain(
-                np.array([node.T_map_base.as_array() for node in nodes]),
-                np.array([node.covariance for node in nodes]),
-                np.array([node.T_odom_base.as_array() for node in nodes]),
-            )
-    return chains
 
 
 def _clear_cells(master: Master) -> tuple[dict[str, int], int]:

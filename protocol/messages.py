@@ -130,7 +130,7 @@ class ScanReport(Message):
 
     `number` counts a robot's reports from 1 without gaps. `track_odom` (n, 4) holds stamp, x, y,
     theta of all poses since the report before, in the robot's odom frame, this one last.
-    `covariance` is that of `T_odom_base` relative to the report before, in the base frame.
+    `covariance` is that of `T_odom_base` relative to the robot's own map around it, odom frame.
     """
 
     type: Literal["scan_report"] = "scan_report"
