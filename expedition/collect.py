@@ -14,6 +14,7 @@ from expedition.team import TeamSettings
 from mapping.grid import CLEAR, OccupancyGrid, classify
 from mapping.scan_integration import IntegrationSettings, integrate_scan
 from protocol.map_cells import map_digest, quantise
+from server.frontiers_left import frontiers_left
 from server.master import Master
 from sim_world.relay import Tally
 from sim_world.world import World
@@ -43,13 +44,20 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
         "single_clear": single,
         "union_clear": union,
         "tasks": master.executive.happenings,
-        "remaining": master.executive.remaining(),
+        "remaining": _frontiers_left(master),
         "pose_graph": pose_graph(master.merger.nodes),
         "events": [
             {"t_s": now, "event": "frames dropped", "peer": peer, "reason": reason, "count": count}
             for (peer, reason), count in sorted(master.faults.counts.items())
         ],
     }
+
+
+def _frontiers_left(master: Master) -> list[dict[str, object]]:
+    """Return every frontier of the final map, and why it was left."""
+    merger, settings = master.merger, master.settings.map
+    classes = classify(merger.log_odds, settings.p_obstacle, settings.p_clear)
+    return frontiers_left(classes, merger.geometry, master.executive.remaining())
 
 
 def _digest_told(master: Master, name: str) -> str | None:

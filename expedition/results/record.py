@@ -144,7 +144,7 @@ class RunRecord:
         faults: scripted or real: `{t_s, robot, kind, ...}`.
         bytes: message type -> `{count, bytes}` on the radio.
         bytes_links: `A>B` -> `{count, bytes}`.
-        remaining: what was left unexplored, each `{x_m, y_m, gain_m2, reason}`, map frame.
+        remaining: every frontier left, each `{x_m, y_m, length_m, gain_m2, reason}`, map frame.
         truth: None on a real run.
         config: the whole effective configuration.
         problems: what could not be read or computed, one sentence each.
