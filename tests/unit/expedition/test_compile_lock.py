@@ -3,6 +3,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -47,7 +48,7 @@ def test_who_comes_second_waits_and_says_so_once(
         if len(naps) == 3:
             let_go(holder)
 
-    monkeypatch.setattr(compile_lock.time, "sleep", sleep)
+    monkeypatch.setattr(compile_lock, "time", SimpleNamespace(sleep=sleep))
     with only_one(tmp_path, told.append):
         assert told == [WAITING] and len(naps) == 3
 
