@@ -34,7 +34,7 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
     }
     return {
         "ended": master.ended or "failed",
-        "reason": master.reason,
+        "reason": master.reason or "the server ended before the mission did",
         "sim_time_s": master.ended_at if master.ended else now,
         "map_digest": map_digest(quantise(merger.log_odds), merger.geometry) or None,
         "grid": OccupancyGrid(merger.geometry, merger.log_odds) if merger.nodes else None,

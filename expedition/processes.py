@@ -16,7 +16,7 @@ import uvloop
 
 from expedition import cast, collect
 from expedition.results.record import save_record_part
-from expedition.team import TeamSettings
+from expedition.team import TeamSettings, UsageError
 from protocol.effects import Note
 from protocol.host import Host
 from server.master import Master
@@ -153,8 +153,29 @@ def live_as(team: TeamSettings, name: str, world: str, ties: Ties) -> str:
 
 
 def begin_record(parts: Path, launch: Mapping[str, Any]) -> None:
-    """Make the parts folder ready for a new run: what an earlier one left there goes."""
-    parts.mkdir(parents=True, exist_ok=True)
+    """Make the parts folder ready for a new run: what an earlier one left there goes.
+
+    Raises:
+        UsageError: nothing can be written there.
+    """
+    make_folder(parts)
     for old in (*parts.glob("*.npz"), parts / SERVER_DONE):
         old.unlink(missing_ok=True)
     save_record_part(parts, "0-launch", launch)
+
+
+def make_folder(parts: Path) -> None:
+    """Make the parts folder, and see whether it can be written.
+
+    Raises:
+        UsageError: it cannot.
+    """
+    try:
+        parts.mkdir(parents=True, exist_ok=True)
+        (parts / ".written").touch()
+        (parts / ".written").unlink()
+    except OSError as error:
+        raise UsageError(
+            f"cannot write results in {parts.parent}: {error.strerror}; choose another folder "
+            "with --out"
+        ) from None

@@ -164,7 +164,7 @@ def load_team(name_or_path: str, overrides: Mapping[str, Any] | None = None) -> 
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UsageError(f"{path}: not valid TOML: {error}") from None
     data.setdefault("name", path.stem)
-    return checked(merge(data, overrides or {}), str(path))
+    return checked(merge(data, overrides or {}), f"team {name_or_path}")
 
 
 def checked(data: Mapping[str, Any], source: str) -> TeamSettings:

@@ -181,7 +181,8 @@ class Stage:
         if name in self._routes:
             await self._send_to(name, [PING])  # notices when the holder of the name is gone
         if name in self._routes:
-            await self._refuse(identity, f"the name {name!r} is taken by a live process")
+            reason = f"the name {name!r} is taken by a live process: end that one, or use another"
+            await self._refuse(identity, reason)
             return
         self._routes[name] = identity
         incarnation = self._conductor.join(name)

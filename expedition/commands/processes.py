@@ -124,7 +124,7 @@ def server(
     """Run a team's server: it merges the map, gives out tasks and answers operators."""
     from expedition import cast, collect
     from expedition.launch import version
-    from expedition.processes import serve
+    from expedition.processes import make_folder, serve
     from expedition.results.record import save_record_part
     from expedition.warm_up import warm_up
 
@@ -136,7 +136,7 @@ def server(
     folder, interrupted, live = _folder(settings, out), Interrupt(), Live(quiet=False)
     warm_up(live.say, lambda: not interrupted.asked, load=False)
     parts = folder / "parts"
-    parts.mkdir(parents=True, exist_ok=True)
+    make_folder(parts)
 
     def bound(where: str) -> None:
         live.say(f"the server listens on {where} for operators")
