@@ -54,6 +54,8 @@ class Node:
         T_map_base: where.
         T_odom_base: where by the robot's own estimate, in its local map.
         covariance: (3, 3) of the match that placed it, map frame.
+        own_covariance: (3, 3) of `T_odom_base` in the robot's own map, odom frame.
+        life: which life of the robot's process, from 0; each has a local map of its own.
     """
 
     robot: str
@@ -61,6 +63,8 @@ class Node:
     T_map_base: Pose2
     T_odom_base: Pose2
     covariance: Floats
+    own_covariance: Floats
+    life: int = 0
 
 
 @dataclass(slots=True)
@@ -75,6 +79,8 @@ class Member:
         held: reports that wait for the alignment.
         last: the report that was placed last.
         unmatched: reports in a row that contradicted the map.
+        placed: reports placed so far.
+        life: which life of the robot's process this is, from 0.
     """
 
     T_map_odom: Pose2
@@ -85,6 +91,7 @@ class Member:
     last: Report | None = None
     unmatched: int = 0
     placed: int = 0
+    life: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +165,9 @@ class MapMerger:
             self.members[name] = Member(T_map_start, covariance)
             return
         restart = self._last_pose(name) or T_map_start
-        self.members[name] = Member(restart, covariance, track=known.track, placed=known.placed)
+        self.members[name] = Member(
+            restart, covariance, track=known.track, placed=known.placed, life=known.life + 1
+        )
 
     def place(self, name: str, report: Report) -> Placement:
         """Place a report in the team's map; the robot's alignment follows."""
@@ -278,7 +287,15 @@ class MapMerger:
         box = self.map.insert(report.scan, T_map_base)
         moved = (member.T_map_odom @ report.T_odom_base).distance_to(T_map_base)
         self.nodes.append(
-            Node(name, report.scan, T_map_base, report.T_odom_base, member.covariance)
+            Node(
+                robot=name,
+                scan=report.scan,
+                T_map_base=T_map_base,
+                T_odom_base=report.T_odom_base,
+                covariance=member.covariance,
+                own_covariance=report.covariance,
+                life=member.life,
+            )
         )
         self._extend_track(member, report, T_map_odom)
         member.T_map_odom = T_map_odom
