@@ -18,7 +18,7 @@ class PlanningMapSettings(_Settings):
 
     `p_obstacle` and `p_clear` are the thresholds of Simmons et al. 2000 on the probability that a
     cell is occupied. `resolution_m` only matters until the first map arrives. Where the map leaves
-    the body up to `squeeze_m` too little room on a side, routes lead there for want of a better way.
+    the body up to `squeeze_m` too little room, routes lead there for want of a better way.
     """
 
     p_obstacle: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.65

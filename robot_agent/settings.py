@@ -65,7 +65,7 @@ class ExplorerSettings(_Settings):
     reach_m: NotNegative = 0.5
     route_gain_m2: NotNegative = 1.0
     route_places_max: Annotated[int, Field(ge=1, le=200)] = 40
-    route_worth: NotNegative = 1.5
+    route_worth: NotNegative = 1.0
     route_apart_m: Positive = 8.0
     route_beyond: NotNegative = 1.0
     places_max: Annotated[int, Field(ge=1, le=2000)] = 150

@@ -42,7 +42,7 @@ class AuctionSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     cost_weight_m2_per_m: Annotated[float, Field(ge=0.0)] = 1.0
-    loss_weight: Annotated[float, Field(ge=0.0)] = 1.0
+    loss_weight: Annotated[float, Field(ge=0.0)] = 0.3
     min_gain_m2: Annotated[float, Field(ge=0.0)] = 1.0
     hysteresis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
     gain_cap_m2: Annotated[float, Field(gt=0.0)] = 60.0
