@@ -8,95 +8,27 @@ al. 2000, section "Coordinated Mapping"). The first scan of the first robot defi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from mapping.correlative_search import SearchWindow
-from mapping.geometry import Floats, Pose2, interpolate, wrap_angle
+from mapping.geometry import Floats, Pose2
 from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
 from mapping.match_map import MapSettings, MatchMap
-from mapping.scan import LaserScan
+from mapping.motion_model import MotionModel
+from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan_integration import IntegrationSettings
 from mapping.scan_matching import MatchResult, match
 from mapping.scan_points import scan_points, turned_points
+from server.placing import Member, Node, Placement, Report, corrected_track, way_covariance
 from server.settings import MergerSettings
+from server.team_graph import TeamGraph
+
+__all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
 
 _HELD_TOGETHER = 6  # reports that are matched together to tie a robot to the map
-
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """One scan of a robot as it told it.
-
-    Attributes:
-        scan: the scan, without beams that hit teammates.
-        T_odom_base: the robot's locally corrected pose.
-        covariance: (3, 3) of it relative to the robot's own map around it, odom frame.
-        track_odom: (n, 4) stamp, x, y, theta since the report before, odom frame.
-    """
-
-    scan: LaserScan
-    T_odom_base: Pose2
-    covariance: Floats
-    track_odom: Floats
-
-
-@dataclass(frozen=True, slots=True)
-class Node:
-    """A scan in the team's map: a vertex of the pose graph.
-
-    Attributes:
-        robot: who took it.
-        scan: the scan.
-        T_map_base: where.
-        T_odom_base: where by the robot's own estimate, in its local map.
-        covariance: (3, 3) of the match that placed it, map frame.
-    """
-
-    robot: str
-    scan: LaserScan
-    T_map_base: Pose2
-    T_odom_base: Pose2
-    covariance: Floats
-
-
-@dataclass(slots=True)
-class Member:
-    """What the merger knows of one robot.
-
-    Attributes:
-        T_map_odom: where its local map lies in the team's.
-        covariance: (3, 3) of the robot's pose in the team's map, map frame.
-        aligned: whether a scan of it was ever matched (or defined the frame).
-        track: corrected poses so far, rows of stamp, x, y, theta, map frame.
-        held: reports that wait for the alignment.
-        last: the report that was placed last.
-        unmatched: reports in a row that contradicted the map.
-    """
-
-    T_map_odom: Pose2
-    covariance: Floats
-    aligned: bool = False
-    track: list[Floats] = field(default_factory=list)
-    held: list[Report] = field(default_factory=list)
-    last: Report | None = None
-    unmatched: int = 0
-    placed: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Placement:
-    """Outcome of placing a report.
-
-    Attributes:
-        matched: whether it agrees with the team's map.
-        moved: correction of the robot's place by this report [m].
-    """
-
-    matched: bool
-    moved: float
 
 
 class MapMerger:
@@ -106,6 +38,7 @@ class MapMerger:
         map: the team's map and what matching needs of it.
         members: by robot's name.
         nodes: all placed scans, in order.
+        team: the pose graph that holds the scans together.
         dirty: cells changed since `take_changes`, on the lattice.
     """
 
@@ -117,6 +50,7 @@ class MapMerger:
                 integration=IntegrationSettings(fill_between=True),
             )
         )
+        self.team = TeamGraph(settings.loops, self.map.settings)
         self.members: dict[str, Member] = {}
         self.nodes: list[Node] = []
         self.dirty = EMPTY_BOX
@@ -140,7 +74,14 @@ class MapMerger:
         rows, cols = self.lattice
         return box, self.log_odds[box.shifted(-rows, -cols).slices]
 
-    def add(self, name: str, T_map_start: Pose2, sigma: float, turn_sigma: float) -> None:
+    def add(
+        self,
+        name: str,
+        T_map_start: Pose2,
+        sigma: float,
+        turn_sigma: float,
+        motion: MotionModel | None = None,
+    ) -> None:
         """Take a robot in that was told to start at `T_map_start`, within the errors [m], [rad].
 
         A robot that starts anew comes back here with an empty local map of its own; its track and
@@ -148,29 +89,58 @@ class MapMerger:
         """
         known = self.members.get(name)
         covariance = np.diag([sigma**2, sigma**2, turn_sigma**2]) + np.diag([1e-4, 1e-4, 1e-5])
+        motion = motion or MotionModel()
         if known is None:
-            self.members[name] = Member(T_map_start, covariance)
+            self.members[name] = Member(T_map_start, covariance, motion)
             return
         restart = self._last_pose(name) or T_map_start
-        self.members[name] = Member(restart, covariance, track=known.track, placed=known.placed)
+        self.members[name] = Member(restart, covariance, motion, placed=known.placed)
 
     def place(self, name: str, report: Report) -> Placement:
         """Place a report in the team's map; the robot's alignment follows."""
         member = self.members[name]
         if not member.aligned:
             return self._tie(name, member, report)
-        prior = self._prior(member)
+        track = np.concatenate((*member.untold, report.track_odom))
+        assert member.last is not None
+        way = way_covariance(member.last, report, track, member.motion)
         guess = member.T_map_odom @ report.T_odom_base
+        result = self._match(member, report, guess, way)
+        contradicts = self._contradicts(result)
+        T_map_base = guess if contradicts else result.T_map_base
+        found = self.team.close_loops(
+            name,
+            report.scan,
+            T_map_base,
+            self.team.foreseen(name, T_map_base, way),
+        )
+        if contradicts and not found:
+            member.unmatched += 1
+            member.untold.append(report.track_odom)
+            return Placement(False, 0.0)
+        if not contradicts:
+            member.covariance = result.covariance
+        T_last_base = member.last.T_odom_base.inverse() @ report.T_odom_base
+        node = self.team.extend(name, report.scan, T_map_base, T_last_base, way)
+        worst = self.team.connect_loops(node, report.scan, found)
+        redrawn = False
+        if contradicts or worst > self.settings.loops.settle_above:
+            self.team.settle()
+            member.covariance = self.team.chains[name].covariance
+            redrawn = self._redraw()
+            T_map_base = self.team.graph.pose(node)
+        moved = guess.distance_to(T_map_base)
+        self._insert(name, member, report, T_map_base @ report.T_odom_base.inverse())
+        return Placement(True, moved, redrawn)
+
+    def _match(self, member: Member, report: Report, guess: Pose2, way: Floats) -> MatchResult:
+        """Match a report with the team's map; `way` (3, 3) is the error of its way, its frame."""
+        prior = self._prior(member, guess, way)
         result = self.map.match(report.scan, guess, prior, self._window(prior))
         if self._contradicts(result):
             wide = self.settings.wide_scale * prior + np.diag([0.04, 0.04, 0.01])
             result = self.map.match(report.scan, guess, wide, SearchWindow())
-        if self._contradicts(result):
-            member.unmatched += 1
-            self._extend_track(member, report, member.T_map_odom)
-            return Placement(False, 0.0)
-        member.covariance, member.unmatched = result.covariance, 0
-        return self._insert(name, member, report, result.T_map_base @ report.T_odom_base.inverse())
+        return result
 
     def _tie(self, name: str, member: Member, report: Report) -> Placement:
         """Tie a robot's local map to the team's, or keep its report until that is possible.
@@ -181,7 +151,8 @@ class MapMerger:
         if self.map.scans == 0:
             member.aligned = True
             member.covariance = np.diag([1e-4, 1e-4, 1e-5])
-            return self._insert(name, member, report, member.T_map_odom)
+            self._begin(name, member, [report], member.T_map_odom, member.covariance)
+            return Placement(True, 0.0)
         member.held.append(report)
         sigma = math.sqrt(max(member.covariance[0, 0], member.covariance[1, 1]))
         turn_sigma = math.sqrt(member.covariance[2, 2])
@@ -204,16 +175,24 @@ class MapMerger:
         if not self._aligns(result, len(member.held)):
             return Placement(False, 0.0)
         T_map_odom = result.T_map_base @ T_base_odom
+        moved = (member.T_map_odom @ report.T_odom_base).distance_to(result.T_map_base)
         member.covariance, member.aligned = result.covariance, True
         waiting, member.held = member.held, []
-        for held in waiting:
-            placement = self._insert(name, member, held, T_map_odom)
-        return placement
+        self._begin(name, member, waiting, T_map_odom, result.covariance)
+        return Placement(True, moved)
 
     def track(self, name: str) -> Floats:
         """Return the corrected poses of a robot, (n, 4): stamp, x, y, theta, map frame."""
-        rows = self.members[name].track
-        return np.vstack(rows) if rows else np.zeros((0, 4))
+        member, T_before = self.members[name], None
+        rows = [np.zeros((0, 4))]
+        for node in self.nodes:
+            if node.robot == name:
+                if node.first or T_before is None:
+                    T_before = node.T_map_odom
+                rows.append(corrected_track(node.track_odom, T_before, node.T_map_odom))
+                T_before = node.T_map_odom
+        rows += [corrected_track(r, member.T_map_odom, member.T_map_odom) for r in member.untold]
+        return np.concatenate(rows)
 
     def uncertainty(self, name: str) -> float:
         """Return one sigma of a robot's place in the team's map [m]."""
@@ -232,11 +211,15 @@ class MapMerger:
 
     # --- steps --------------------------------------------------------------------------------
 
-    def _prior(self, member: Member) -> Floats:
+    def _prior(self, member: Member, guess: Pose2, way: Floats) -> Floats:
         """Return the covariance of the guess: the last match's, and what the way since added."""
         settings = self.settings
         drift, turn_drift = settings.drift_m, math.radians(settings.drift_deg)
-        return member.covariance + np.diag([drift**2, drift**2, turn_drift**2])
+        assert member.last is not None
+        before = member.T_map_odom @ member.last.T_odom_base
+        carried = carried_covariance(member.covariance, guess.x - before.x, guess.y - before.y)
+        grown = carried + turned_covariance(way, -guess.theta)
+        return grown + np.diag([drift**2, drift**2, turn_drift**2])
 
     def _window(self, prior: Floats) -> SearchWindow | None:
         """Return the window to search, or None where the guess is good."""
@@ -262,33 +245,81 @@ class MapMerger:
         )
         return bool(sure) or held >= settings.hold_most
 
-    def _insert(self, name: str, member: Member, report: Report, T_map_odom: Pose2) -> Placement:
+    def _begin(
+        self,
+        name: str,
+        member: Member,
+        reports: list[Report],
+        T_map_odom: Pose2,
+        covariance: Floats,
+    ) -> None:
+        """Insert the first reports of a robot; its way through the pose graph begins with them."""
+        graph = self.team.graph
+        for k, report in enumerate(reports):
+            T_map_base = T_map_odom @ report.T_odom_base
+            if k == 0:
+                nearest = self._nearest(T_map_base)
+                node = self.team.begin(name, report.scan, T_map_base, covariance)
+                if nearest is not None:
+                    T_near_base = graph.pose(nearest).inverse() @ T_map_base
+                    turned = turned_covariance(covariance, T_map_base.theta)
+                    self.team.tie(nearest, node, T_near_base, turned)
+            else:
+                assert member.last is not None
+                way = way_covariance(member.last, report, report.track_odom, member.motion)
+                T_last_base = member.last.T_odom_base.inverse() @ report.T_odom_base
+                self.team.extend(name, report.scan, T_map_base, T_last_base, way)
+            self._insert(name, member, report, T_map_odom, first=k == 0)
+
+    def _insert(
+        self, name: str, member: Member, report: Report, T_map_odom: Pose2, first: bool = False
+    ) -> None:
         """Insert a scan at its corrected pose."""
         T_map_base = T_map_odom @ report.T_odom_base
         box = self.map.insert(report.scan, T_map_base)
-        moved = (member.T_map_odom @ report.T_odom_base).distance_to(T_map_base)
+        track = np.concatenate((*member.untold, report.track_odom))
+        member.untold = []
         self.nodes.append(
-            Node(name, report.scan, T_map_base, report.T_odom_base, member.covariance)
+            Node(name, report.scan, T_map_base, report.T_odom_base, member.covariance, track, first)
         )
-        self._extend_track(member, report, T_map_odom)
         member.T_map_odom = T_map_odom
         member.last = report
+        member.unmatched = 0
         member.placed += 1
         self.dirty = self.dirty.union(box.shifted(*self.lattice))
-        return Placement(True, moved)
 
-    def _extend_track(self, member: Member, report: Report, T_map_odom: Pose2) -> None:
-        """Append the corrected poses since the last report; the correction grows along the way."""
-        rows = report.track_odom
-        if not len(rows):
-            return
-        T_before = member.T_map_odom if member.track or member.placed else T_map_odom
-        corrected = np.empty_like(rows)
-        for k, (stamp, x, y, theta) in enumerate(rows.tolist()):
-            T_blend = interpolate(T_before, T_map_odom, (k + 1) / len(rows))
-            pose = T_blend @ Pose2(x, y, theta)
-            corrected[k] = stamp, pose.x, pose.y, wrap_angle(pose.theta)
-        member.track.append(corrected)
+    def _redraw(self) -> bool:
+        """Draw the whole map again where the pose graph moved its scans; return whether it did."""
+        settings, poses = self.settings.loops, self.team.graph.poses
+        drawn = np.array([node.T_map_base.as_array() for node in self.nodes])
+        off = poses[: len(drawn)] - drawn
+        moved = float(np.hypot(off[:, 0], off[:, 1]).max())
+        turned = float(np.abs(np.arctan2(np.sin(off[:, 2]), np.cos(off[:, 2]))).max())
+        if moved < settings.redraw_m and turned < math.radians(settings.redraw_deg):
+            return False
+        old = self.geometry
+        self.map = MatchMap(self.map.settings)
+        far_x = old.origin_x + (old.cols - 0.5) * old.resolution
+        far_y = old.origin_y + (old.rows - 0.5) * old.resolution
+        half = 0.5 * old.resolution
+        self.map.grow(old.origin_x + half, old.origin_y + half, far_x, far_y)
+        for k, node in enumerate(self.nodes):
+            T_map_base = self.team.graph.pose(k)
+            self.nodes[k] = replace(node, T_map_base=T_map_base)
+            self.map.insert(node.scan, T_map_base)
+            if self.members[node.robot].aligned:
+                self.members[node.robot].T_map_odom = self.nodes[k].T_map_odom
+        geometry = self.geometry
+        whole = CellBox(0, 0, geometry.rows, geometry.cols)
+        self.dirty = self.dirty.union(whole.shifted(*self.lattice))
+        return True
+
+    def _nearest(self, T_map_base: Pose2) -> int | None:
+        """Return the node of the pose graph closest to a pose, or None."""
+        poses = self.team.graph.poses
+        if not len(poses):
+            return None
+        return int(np.hypot(poses[:, 0] - T_map_base.x, poses[:, 1] - T_map_base.y).argmin())
 
     def _last_pose(self, name: str) -> Pose2 | None:
         """Return where a robot was last in the team's map, or None."""

@@ -29,6 +29,7 @@ from protocol.session import Session
 from protocol.world_messages import Finished, Join
 from server.bids import BidError, robot_bid
 from server.map_merger import MapMerger, Report
+from server.placing import motion_of
 from server.settings import ServerSettings
 from server.task_executive import TaskExecutive
 from server.teammates import Disc, Whereabouts, disc_of, without_teammates
@@ -175,7 +176,7 @@ class Master:
         again = name in self._bodies
         self._bodies[name] = body
         sigma, turn = hello.start_sigma_m, math.radians(hello.start_sigma_deg)
-        self.merger.add(name, hello.start or IDENTITY, sigma, turn)
+        self.merger.add(name, hello.start or IDENTITY, sigma, turn, motion_of(body.drive))
         self._where[name] = Whereabouts(body.radius_m, IDENTITY, now)
         self._received[name] = 0
         self.states[name] = "at work"
@@ -259,7 +260,25 @@ class Master:
             matched=placement.matched,
         )
         received = words.ReportsReceived(number=message.number)
-        return [Send("fleet", name, received), Send("fleet", name, update)]
+        effects: list[Effect] = [Send("fleet", name, received), Send("fleet", name, update)]
+        return effects + (self._tell_moved(name) if placement.redrawn else [])
+
+    def _tell_moved(self, reporter: str) -> list[Effect]:
+        """Tell all other robots where their local maps lie now that the map was put right."""
+        return [
+            Send(
+                "fleet",
+                name,
+                words.PoseUpdate(
+                    number=self._received[name],
+                    T_map_odom=self.merger.members[name].T_map_odom,
+                    uncertainty_m=self.merger.uncertainty(name),
+                    matched=True,
+                ),
+            )
+            for name in self._present()
+            if name != reporter and self.merger.members[name].aligned
+        ]
 
     def _discs(self, observer: str, stamp: float) -> list[Disc]:
         """Return where all robots but one may be."""

@@ -14,6 +14,47 @@ class _Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
+class LoopSettings(_Settings):
+    """How pieces of the map are tied to each other, see `team_graph`.
+
+    Attributes:
+        submap_m: a submap reaches this far from its anchor,
+        submap_scans: holds this many scans,
+        submap_sigma_m: and ends when the way since its anchor is less sure than this,
+        submap_sigma_deg: or this.
+        points: a scan must have this many end points at a submap's walls,
+        fit_least: and this share of those that fall where the submap is known.
+        fit_at_once: with a smaller share it is looked for in the whole window.
+        compared: with so many submaps a scan is compared, those it overlaps most.
+        again_m: and with each of them again after moving this far.
+        search_from_m: a smaller window is not worth a search.
+        window_m: largest window,
+        window_deg: and turn.
+        gate: squared distance from what is expected, in standard deviations, beyond which a match
+            is not believed (three dimensions).
+        settle_above: squared error of a closed loop above which the map is put right.
+        redraw_m: the map is drawn again when a scan has moved this far,
+        redraw_deg: or turned this much.
+    """
+
+    submap_m: Positive = 5.0
+    submap_scans: Annotated[int, Field(ge=2)] = 30
+    submap_sigma_m: Positive = 0.06
+    submap_sigma_deg: Positive = 1.0
+    points: Annotated[int, Field(ge=3)] = 25
+    fit_least: float = 0.6
+    fit_at_once: float = 0.8
+    compared: Annotated[int, Field(ge=0)] = 2
+    again_m: Positive = 0.5
+    search_from_m: Positive = 0.1
+    window_m: Positive = 2.0
+    window_deg: Positive = 20.0
+    gate: Positive = 16.0
+    settle_above: Positive = 12.0
+    redraw_m: Positive = 0.05
+    redraw_deg: Positive = 0.5
+
+
 class MergerSettings(_Settings):
     """How scans of all robots become one map.
 
@@ -37,6 +78,7 @@ class MergerSettings(_Settings):
     drift_deg: NotNegative = 0.5
     search_sigma_m: Positive = 0.1
     wide_scale: Positive = 9.0
+    loops: LoopSettings = LoopSettings()
 
 
 class MapSettings(_Settings):

@@ -1,0 +1,160 @@
+"""What the central mapper keeps of robots and of their scans."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mapping.geometry import Floats, Pose2, interpolate, pose_from, wrap_angle
+from mapping.motion_model import MotionModel
+from mapping.pose_graph import carried_covariance, turned_covariance
+from mapping.scan import LaserScan
+from protocol.body import Drive
+
+# No robot knows its way from one report to the next better than this [m], [rad].
+_LEAST = np.diag([0.005**2, 0.005**2, 0.002**2])
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """One scan of a robot as it told it.
+
+    Attributes:
+        scan: the scan, without beams that hit teammates.
+        T_odom_base: the robot's locally corrected pose.
+        covariance: (3, 3) of it relative to the robot's own map around it, odom frame.
+        track_odom: (n, 4) stamp, x, y, theta since the report before, odom frame.
+    """
+
+    scan: LaserScan
+    T_odom_base: Pose2
+    covariance: Floats
+    track_odom: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A scan in the team's map: a vertex of the pose graph.
+
+    Attributes:
+        robot: who took it.
+        scan: the scan.
+        T_map_base: where.
+        T_odom_base: where by the robot's own estimate, in its local map.
+        covariance: (3, 3) of the match that placed it, map frame.
+        track_odom: (n, 4) stamp, x, y, theta since the node before, odom frame.
+        first: whether it is the first of a life of its robot.
+    """
+
+    robot: str
+    scan: LaserScan
+    T_map_base: Pose2
+    T_odom_base: Pose2
+    covariance: Floats
+    track_odom: Floats
+    first: bool
+
+    @property
+    def T_map_odom(self) -> Pose2:  # noqa: N802
+        """Where the robot's local map lay in the team's by this scan."""
+        return self.T_map_base @ self.T_odom_base.inverse()
+
+
+@dataclass(slots=True)
+class Member:
+    """What the merger knows of one robot.
+
+    Attributes:
+        T_map_odom: where its local map lies in the team's.
+        covariance: (3, 3) of the robot's pose in the team's map, map frame.
+        motion: how wrong its wheels are.
+        aligned: whether a scan of it was ever matched (or defined the frame).
+        held: reports that wait for the alignment.
+        last: the report that was placed last.
+        untold: tracks of reports since then, which contradicted the map.
+        unmatched: reports in a row that contradicted the map.
+        placed: number of reports placed.
+    """
+
+    T_map_odom: Pose2
+    covariance: Floats
+    motion: MotionModel = field(default_factory=MotionModel)
+    aligned: bool = False
+    held: list[Report] = field(default_factory=list)
+    last: Report | None = None
+    untold: list[Floats] = field(default_factory=list)
+    unmatched: int = 0
+    placed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Outcome of placing a report.
+
+    Attributes:
+        matched: whether it agrees with the team's map.
+        moved: correction of the robot's place by this report [m].
+        redrawn: whether the whole map was put right on that occasion.
+    """
+
+    matched: bool
+    moved: float
+    redrawn: bool = False
+
+
+def motion_of(drive: Drive) -> MotionModel:
+    """Return how wrong the wheels of a robot are, by what it told of its drive."""
+    return MotionModel(
+        distance_sigma=max(drive.noise_distance, 0.005),
+        drift_sigma=max(math.radians(drive.noise_heading_deg_m), 0.002),
+        rotation_sigma=max(drive.noise_turn, 0.005),
+    )
+
+
+def way_covariance(last: Report, report: Report, track_odom: Floats, motion: MotionModel) -> Floats:
+    """Return the covariance (3, 3) of a report's pose in that of the one before, frame of the new.
+
+    A robot's word on its way is at least as good as its wheels. Where its own map told it more, its
+    covariance stopped growing; where it came back to a part of its map it knew better, its pose
+    jumped, by an error as large as its uncertainty before. With P before and after, A = F P F' the
+    old one carried along, Q what the wheels add, and K = 1 - P (A + Q)^-1 the gain, the error of
+    the way is P - A + K A + A K'.
+
+    Args:
+        last: the report before.
+        report: the new one.
+        track_odom: (n, 4) stamp, x, y, theta since the report before, the new pose last.
+        motion: how wrong the robot's wheels are.
+
+    Source: the Kalman filter's errors before and after an update, subtracted (Kalman 1960).
+    """
+    pose, wheels = last.T_odom_base, np.zeros((3, 3))
+    stops = [pose_from(row[1:]) for row in track_odom] or [report.T_odom_base]
+    for stop in stops:
+        pose, wheels = motion.propagate(pose, wheels, pose.inverse() @ stop)
+    start, end = last.T_odom_base, report.T_odom_base
+    carried = carried_covariance(last.covariance, end.x - start.x, end.y - start.y)
+    kept = np.linalg.solve(carried + wheels + 1e-9 * np.eye(3), report.covariance).T
+    lost = (np.eye(3) - kept) @ carried
+    error = report.covariance - carried + lost + lost.T
+    strengths, directions = np.linalg.eigh(0.5 * (error + error.T))
+    error = (directions * np.maximum(strengths, 0.0)) @ directions.T
+    return turned_covariance(error, end.theta) + _LEAST
+
+
+def corrected_track(track_odom: Floats, T_map_odom_before: Pose2, T_map_odom: Pose2) -> Floats:
+    """Return poses (n, 4) stamp, x, y, theta in the map frame; the correction grows along the way.
+
+    Args:
+        track_odom: (n, 4) the same in the odom frame.
+        T_map_odom_before: where the local map lay at the start of the track.
+        T_map_odom: and at its end.
+    """
+    corrected = np.empty_like(track_odom)
+    for k, (stamp, x, y, theta) in enumerate(track_odom.tolist()):
+        T_blend = interpolate(T_map_odom_before, T_map_odom, (k + 1) / len(track_odom))
+        pose = T_blend @ Pose2(x, y, theta)
+        corrected[k] = stamp, pose.x, pose.y, wrap_angle(pose.theta)
+    return corrected

@@ -1,0 +1,314 @@
+"""What ties the team's scans together: the pose graph, and the comparisons that give its edges.
+
+Three things are known of where a scan was taken: the robot's own word on its way since its last
+one, how it fits the submap the robot is just drawing, and how it fits older submaps and those of
+others. The first two hold a robot's way together; the last close loops. Where a loop closes with
+an error, the way that knew least of itself bends most.
+
+Source: Hess et al. 2016 for comparing scans with submaps; Olson 2009 for the search.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mapping.correlative_search import SearchWindow
+from mapping.geometry import Floats, Pose2, wrap_angle
+from mapping.match_map import MapSettings
+from mapping.pose_graph import (
+    Edge,
+    PoseGraph,
+    blurred_information,
+    carried_covariance,
+    turned_covariance,
+)
+from mapping.scan import LaserScan
+from mapping.scan_matching import MatchResult
+from mapping.wall_information import wall_information
+from server.settings import LoopSettings
+from server.submaps import Submap
+
+# No pose is ever known better than this against another robot's, or against long ago [m], [rad].
+_FLOOR = np.diag([0.02**2, 0.02**2, math.radians(0.3) ** 2])
+
+# Share of a match's strongest information that may be an echo of noise, and the distance at which
+# a turn counts like a shift [m].
+_UNSEEN_SHARE = 0.02
+_LEVER = 3.0
+
+
+@dataclass(slots=True)
+class Chain:
+    """The way of one robot through the graph.
+
+    Attributes:
+        node: its last node.
+        covariance: (3, 3) of that node in the team's map, map frame.
+        submap: which it is just drawing.
+        began: (3, 3) covariance with which that submap began, map frame.
+        compared: where each other submap was last compared with what it saw, by anchor.
+    """
+
+    node: int
+    covariance: Floats
+    submap: Submap
+    compared: dict[int, Pose2]
+
+
+class TeamGraph:
+    """The pose graph of a team, and its submaps.
+
+    Attributes:
+        graph: nodes are placed scans, in the order of placing.
+        submaps: all, in the order they were begun.
+        chains: by robot's name.
+        closed: number of loops that closed.
+    """
+
+    def __init__(self, settings: LoopSettings, map_settings: MapSettings) -> None:
+        self.settings = settings
+        self.graph = PoseGraph()
+        self.submaps: list[Submap] = []
+        self.chains: dict[str, Chain] = {}
+        self.closed = 0
+        self._map_settings = map_settings
+
+    # --- growing --------------------------------------------------------------------------------
+
+    def begin(self, robot: str, scan: LaserScan, T_map_base: Pose2, covariance: Floats) -> int:
+        """Add the first node of a robot's way, known to `covariance` (3, 3), map frame."""
+        node = self.graph.add(T_map_base)
+        submap = self._new_submap(robot, node, covariance)
+        submap.insert(scan)
+        self.chains[robot] = Chain(node, covariance, submap, {})
+        return node
+
+    def tie(self, i: int, j: int, T_i_j: Pose2, covariance: Floats) -> None:
+        """Connect two nodes whose relative pose is known to `covariance` (3, 3), frame of j."""
+        information: Floats = np.linalg.inv(covariance + _FLOOR)
+        self.graph.connect(Edge(i, j, T_i_j, information, robust=True))
+
+    def extend(
+        self, robot: str, scan: LaserScan, T_map_base: Pose2, T_i_j: Pose2, covariance: Floats
+    ) -> int:
+        """Add a node to a robot's way.
+
+        Args:
+            robot: its name.
+            scan: what it saw there.
+            T_map_base: where, as placed.
+            T_i_j: its pose in that of the node before, by its own word.
+            covariance: (3, 3) of that, in its frame.
+        """
+        chain = self.chains[robot]
+        node = self.graph.add(T_map_base)
+        information: Floats = np.linalg.inv(covariance)
+        self.graph.connect(Edge(chain.node, node, T_i_j, information))
+        chain.covariance = self.foreseen(robot, T_map_base, covariance)
+        chain.node = node
+        self._draw(chain, scan, T_map_base, node)
+        return node
+
+    def foreseen(self, robot: str, T_map_base: Pose2, covariance: Floats) -> Floats:
+        """Return the covariance (3, 3) of a pose reached from the robot's last node, map frame.
+
+        Args:
+            robot: its name.
+            T_map_base: the pose.
+            covariance: (3, 3) of the way from the last node, in the pose's frame.
+        """
+        chain = self.chains[robot]
+        before = self.graph.pose(chain.node)
+        carried = carried_covariance(
+            chain.covariance, T_map_base.x - before.x, T_map_base.y - before.y
+        )
+        return carried + turned_covariance(covariance, -T_map_base.theta)
+
+    def _draw(self, chain: Chain, scan: LaserScan, T_map_base: Pose2, node: int) -> None:
+        """Compare a scan with the submap being drawn, and add it; begin a new one where due."""
+        submap, settings = chain.submap, self.settings
+        T_map_anchor = self.graph.pose(submap.anchor)
+        guess = T_map_anchor.inverse() @ T_map_base
+        prior = turned_covariance(self._growth(chain, submap, T_map_base), T_map_anchor.theta)
+        result = submap.map.match(scan, guess, prior)
+        if self._fits(result):
+            self._connect(submap, node, scan, result)
+            guess = result.T_map_base
+        sigma = math.sqrt(np.linalg.eigvalsh(prior[:2, :2])[-1])
+        if (
+            math.hypot(guess.x, guess.y) > settings.submap_m
+            or submap.map.scans >= settings.submap_scans
+            or sigma > settings.submap_sigma_m
+            or prior[2, 2] > math.radians(settings.submap_sigma_deg) ** 2
+        ):
+            chain.submap = self._new_submap(submap.robot, node, chain.covariance)
+            chain.submap.insert(scan)
+            chain.compared[submap.anchor] = T_map_base
+            return
+        submap.insert(scan, guess)
+
+    def _new_submap(self, robot: str, node: int, covariance: Floats) -> Submap:
+        submap = Submap(robot, node, covariance, self._map_settings)
+        self.submaps.append(submap)
+        return submap
+
+    # --- closing loops --------------------------------------------------------------------------
+
+    def close_loops(
+        self, robot: str, scan: LaserScan, T_map_base: Pose2, own: Floats
+    ) -> list[tuple[Submap, MatchResult]]:
+        """Compare a scan with the submaps around it that its robot is not just drawing.
+
+        Args:
+            robot: who took it.
+            scan: the scan.
+            T_map_base: where it was taken, as foreseen.
+            own: (3, 3) covariance of that, map frame.
+
+        Returns:
+            For each submap that it fits: the submap, and the match in its anchor's frame.
+        """
+        chain, settings = self.chains[robot], self.settings
+        points_base = scan.points_base()
+        around = []
+        for submap in self.submaps:
+            if submap is chain.submap:
+                continue
+            T_map_anchor = self.graph.pose(submap.anchor)
+            if T_map_anchor.distance_to(T_map_base) > 3.0 * scan.range_max:
+                continue
+            last = chain.compared.get(submap.anchor)
+            if last is not None and not self._moved(last, T_map_base):
+                continue
+            prior = self._apart(chain, submap, T_map_base, own)
+            guess = T_map_anchor.inverse() @ T_map_base
+            window = self._window(prior)
+            seen = submap.near_walls(guess.apply(points_base), window.reach + 0.15)
+            if seen >= settings.points:
+                around.append((seen, submap, guess, prior, window))
+        around.sort(key=lambda row: (-row[0], row[1].anchor))
+        found = []
+        for _, submap, guess, prior, window in around[: settings.compared]:
+            chain.compared[submap.anchor] = T_map_base
+            result = self._compare(submap, scan, guess, prior, window)
+            if result is not None:
+                found.append((submap, result))
+        return found
+
+    def connect_loops(
+        self, node: int, scan: LaserScan, found: Sequence[tuple[Submap, MatchResult]]
+    ) -> float:
+        """Connect a new node with the submaps its scan fits; return the worst squared error."""
+        worst = 0.0
+        for submap, result in found:
+            edge = self._connect(submap, node, scan, result)
+            worst = max(worst, self.graph.error(edge)[1])
+            self.closed += 1
+        return worst
+
+    def settle(self) -> tuple[float, float]:
+        """Move all nodes to where they agree best; return the most moved [m] and turned [rad]."""
+        moved = self.graph.optimise()
+        nodes = [submap.anchor for submap in self.submaps]
+        nodes += [chain.node for chain in self.chains.values()]
+        covariances = self.graph.covariances(nodes)
+        for submap, covariance in zip(self.submaps, covariances, strict=False):
+            submap.covariance = covariance
+        for chain, covariance in zip(
+            self.chains.values(), covariances[len(self.submaps) :], strict=True
+        ):
+            chain.covariance = covariance
+            chain.compared = {}
+        return moved
+
+    def _compare(
+        self, submap: Submap, scan: LaserScan, guess: Pose2, prior: Floats, window: SearchWindow
+    ) -> MatchResult | None:
+        """Match a scan with a submap, at the guess first, and then in the window around it."""
+        result = submap.map.match(scan, guess, prior)
+        if self._fits(result) and result.fit >= self.settings.fit_at_once:
+            return result
+        if window.reach < self.settings.search_from_m and window.turn < math.radians(2.0):
+            return None
+        result = submap.map.match(scan, guess, prior, window)
+        if not self._fits(result):
+            return None
+        offset = (guess.inverse() @ result.T_map_base).as_array()
+        allowed = turned_covariance(prior + _FLOOR, guess.theta)
+        if float(offset @ np.linalg.solve(allowed, offset)) > self.settings.gate:
+            return None
+        return result
+
+    def _connect(self, submap: Submap, node: int, scan: LaserScan, result: MatchResult) -> Edge:
+        """Connect a node with a submap that its scan fits."""
+        information = _firm(wall_information(submap.map, scan, result.T_map_base))
+        information = turned_covariance(information, result.T_map_base.theta)
+        information = blurred_information(information, _FLOOR)
+        edge = Edge(submap.anchor, node, result.T_map_base, information, robust=True)
+        self.graph.connect(edge)
+        return edge
+
+    def _fits(self, result: MatchResult) -> bool:
+        """Whether a match is worth an edge."""
+        return result.explained >= self.settings.points and result.fit >= self.settings.fit_least
+
+    def _moved(self, last: Pose2, now: Pose2) -> bool:
+        """Whether a robot sees enough that is new for another comparison."""
+        return (
+            last.distance_to(now) >= self.settings.again_m
+            or abs(wrap_angle(last.theta - now.theta)) >= 0.6
+        )
+
+    def _growth(self, chain: Chain, submap: Submap, T_map_base: Pose2) -> Floats:
+        """Return the covariance (3, 3) a robot's own way added since its submap's anchor."""
+        T_map_anchor = self.graph.pose(submap.anchor)
+        dx, dy = T_map_base.x - T_map_anchor.x, T_map_base.y - T_map_anchor.y
+        growth = chain.covariance - carried_covariance(submap.covariance, dx, dy)
+        return _positive(growth) + 0.25 * _FLOOR
+
+    def _apart(self, chain: Chain, submap: Submap, T_map_base: Pose2, own: Floats) -> Floats:
+        """Return the covariance (3, 3) of a pose in a submap's anchor frame.
+
+        What both have in common is not known here, so it is counted twice: too wide a window
+        costs time, too narrow a one loops.
+        """
+        T_map_anchor = self.graph.pose(submap.anchor)
+        dx, dy = T_map_base.x - T_map_anchor.x, T_map_base.y - T_map_anchor.y
+        carried = carried_covariance(submap.covariance, dx, dy)
+        apart = own + carried
+        if submap.robot == chain.submap.robot:
+            apart = _positive(own - carried)
+        return turned_covariance(apart + _FLOOR, T_map_anchor.theta)
+
+    def _window(self, prior: Floats) -> SearchWindow:
+        """Return the window in which a scan is looked for in a submap."""
+        sigma = math.sqrt(np.linalg.eigvalsh(prior[:2, :2])[-1])
+        settings = self.settings
+        return SearchWindow(
+            min(3.0 * sigma, settings.window_m),
+            min(3.0 * math.sqrt(prior[2, 2]), math.radians(settings.window_deg)),
+        )
+
+
+def _firm(information: Floats) -> Floats:
+    """Return the information (3, 3) of a match, lowered in all directions by a share of the best.
+
+    Along a bare wall a match seems to hold a little, by the noise of the wall alone; see
+    `newton_ascent`, here for the many scans that a submap's wall is compared with.
+    """
+    scale = np.array([1.0, 1.0, _LEVER])
+    strengths, directions = np.linalg.eigh(information / np.outer(scale, scale))
+    kept = np.maximum(strengths - _UNSEEN_SHARE * strengths[2], 0.0)
+    firm: Floats = (directions * kept) @ directions.T * np.outer(scale, scale)
+    return firm
+
+
+def _positive(covariance: Floats) -> Floats:
+    """Return the part of a symmetric (3, 3) matrix that is a covariance."""
+    strengths, directions = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    positive: Floats = (directions * np.maximum(strengths, 0.0)) @ directions.T
+    return positive
