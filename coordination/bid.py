@@ -30,6 +30,7 @@ class RobotBid:
         costs: (n,) path length [m].
         rectangles: (n, 4) x_min, y_min, x_max, y_max [m] of the information gain regions.
         unreachable: (k, 2) [m] frontier places this body cannot get to.
+        detours: (n,) [m], how much longer the robot's whole round gets when it goes there first.
         cost_weight: factor on this robot's path costs; more than 1 for a slow robot.
     """
 
@@ -42,6 +43,7 @@ class RobotBid:
     costs: Floats
     rectangles: Floats
     unreachable: Floats
+    detours: Floats
     cost_weight: float = 1.0
 
     def __len__(self) -> int:
@@ -59,6 +61,7 @@ class RobotBid:
             self.costs[rows],
             self.rectangles[rows],
             self.unreachable,
+            self.detours[rows],
             self.cost_weight,
         )
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from mapping.compiled import compiled
 from mapping.geometry import Floats
-from mapping.grid import UNKNOWN, Cells
+from mapping.grid import CLEAR, UNKNOWN, Cells
 
 Gains = tuple[Floats, Cells]
 
@@ -84,6 +84,28 @@ def gain_region(
     visits = unvisited(np.ascontiguousarray(classes))
     _gains(visits, NO_WEIGHT, np.asarray(cell, dtype=np.int64).reshape(1, 2), range_cells)
     return np.flatnonzero(visits[1:-1, 1:-1] == 1)
+
+
+@compiled
+def roomy_classes(
+    classes: npt.NDArray[np.uint8], clearance: npt.NDArray[np.float32], body_radius: float
+) -> npt.NDArray[np.uint8]:
+    """Return the classes with unknown cells too near to obstacles for a body as clear ones.
+
+    Floods then end at gaps that the body cannot pass: a hole in a wall not fully seen, or a slot
+    between two cupboards, opens on all the unknown behind, but nobody can go there to see it.
+
+    Args:
+        classes: (rows, cols) uint8 of `mapping.grid` classes.
+        clearance: (rows, cols) float32 [m], distance to the nearest obstacle.
+        body_radius: [m].
+    """
+    roomy = classes.copy()
+    for iy in range(classes.shape[0]):
+        for ix in range(classes.shape[1]):
+            if classes[iy, ix] == UNKNOWN and clearance[iy, ix] < body_radius:
+                roomy[iy, ix] = CLEAR
+    return roomy
 
 
 @compiled

@@ -72,10 +72,12 @@ class MatchMap:
         """
         self.grow(*scan_extent(scan, T_map_base))
         keep_above = self.settings.surface.occupied_above if cautious else np.inf
+        points_map = turned_points(scan_points(scan), T_map_base)
         box = integrate_scan(
-            self.grid, scan, T_map_base, self.settings.integration, keep_above=keep_above
+            self.grid, scan, T_map_base, self.settings.integration, keep_above, points_map
         )
-        self.surfaces.update(self.grid, turned_points(scan_points(scan), T_map_base), box)
+        depth = self.settings.integration.depth * self.settings.resolution
+        self.surfaces.update(self.grid, points_map, box, depth)
         self.scans += 1
         return box
 

@@ -150,10 +150,8 @@ def path_to(field: CostField, goal_cell: tuple[int, int]) -> Cells:
 def _descend(units: npt.NDArray[np.int32], goal_iy: int, goal_ix: int) -> Cells:
     """Return the cells from the goal down to the start.
 
-    The cell a path came through is the one towards which cost falls most per length of step; of
-    equals the one straight on is taken.
+    The cell a path came through is the one towards which cost falls most per length of step.
     """
-    rows, cols = units.shape
     cells = np.empty((256, 2), dtype=np.int64)
     iy, ix, dy, dx, count = goal_iy, goal_ix, 0, 0, 0
     while True:
@@ -163,23 +161,38 @@ def _descend(units: npt.NDArray[np.int32], goal_iy: int, goal_ix: int) -> Cells:
             cells = longer
         cells[count, 0], cells[count, 1] = iy, ix
         count += 1
-        steepest, next_dy, next_dx = 0, 0, 0
-        for sy in range(-1, 2):
-            for sx in range(-1, 2):
-                ny, nx = iy + sy, ix + sx
-                if ny < 0 or nx < 0 or ny >= rows or nx >= cols or units[ny, nx] == UNREACHED:
-                    continue
-                cut = sy != 0 and sx != 0
-                if cut and (units[iy, nx] == UNREACHED or units[ny, ix] == UNREACHED):
-                    continue
-                fall = int(units[iy, ix]) - int(units[ny, nx])
-                slope = fall * (STRAIGHT_STEP if cut else DIAGONAL_STEP)
-                if slope > steepest or (slope == steepest > 0 and sy == dy and sx == dx):
-                    steepest, next_dy, next_dx = slope, sy, sx
-        if steepest == 0:
+        dy, dx = step_down(units, iy, ix, dy, dx)
+        if dy == 0 and dx == 0:
             return cells[:count]
-        dy, dx = next_dy, next_dx
         iy, ix = iy + dy, ix + dx
+
+
+@compiled
+def step_down(units: npt.NDArray[np.int32], iy: int, ix: int, dy: int, dx: int) -> tuple[int, int]:
+    """Return the step from a cell towards the start; (0, 0) at the start.
+
+    Args:
+        units: (rows, cols) int32, see `CostField`.
+        iy: row of the cell.
+        ix: column of the cell.
+        dy: the step that led here, of equals the one straight on is taken; (0, 0) if none did.
+        dx: see `dy`.
+    """
+    rows, cols = units.shape
+    steepest, next_dy, next_dx = 0, 0, 0
+    for sy in range(-1, 2):
+        for sx in range(-1, 2):
+            ny, nx = iy + sy, ix + sx
+            if ny < 0 or nx < 0 or ny >= rows or nx >= cols or units[ny, nx] == UNREACHED:
+                continue
+            cut = sy != 0 and sx != 0
+            if cut and (units[iy, nx] == UNREACHED or units[ny, ix] == UNREACHED):
+                continue
+            fall = int(units[iy, ix]) - int(units[ny, nx])
+            slope = fall * (STRAIGHT_STEP if cut else DIAGONAL_STEP)
+            if slope > steepest or (slope == steepest > 0 and sy == dy and sx == dx):
+                steepest, next_dy, next_dx = slope, sy, sx
+    return next_dy, next_dx
 
 
 def smooth_path(

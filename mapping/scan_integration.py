@@ -1,7 +1,8 @@
 """Fusing laser scans into an occupancy grid.
 
-Per scan every cell changes at most once: it is *hit* when an end point lies in it, else *missed*
-when a beam passes through it. Hits win, so beams that graze a wall on their way do not erase it.
+Per scan every cell changes at most once: it is *hit* when at least as many beams end in it as pass
+through it, else *missed*. An end point lies on a surface, the solid is what lies behind: so a beam
+ends half a cell behind its end point, and a cell counts as a wall when most of it is one.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2
 from mapping.grid import EMPTY_BOX, CellBox, OccupancyGrid
 from mapping.scan import LaserScan
+from mapping.scan_points import scan_points, turned_points
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +29,10 @@ class IntegrationSettings:
         miss: log-odds added to a cell that a beam passed through (negative).
         lowest: clamp of the log-odds of clear cells; keeps the map able to change its mind.
         highest: clamp of the log-odds of occupied cells.
-        clear_margin: a beam clears cells up to this distance before its end point [m]: about one
-            cell, so that range noise does not eat the wall, yet the cell in front of it is cleared.
+        depth: a beam ends this far behind the surface it hits, along the surface's normal
+            [cells]: a thin wall seen from both its sides is drawn once, in its middle.
+        clear_margin: a beam clears cells up to this distance before its end point [m], so that
+            range noise does not eat the wall.
         fill_between: whether the space between two neighbouring beams counts as seen as far as the
             shorter one, so that a few scans leave no comb of unseen cells far out. Cells that
             count as occupied are neither cleared nor passed that way. And two neighbouring end
@@ -41,7 +45,8 @@ class IntegrationSettings:
     miss: float = -0.6
     lowest: float = -4.0
     highest: float = 4.0
-    clear_margin: float = 0.05
+    depth: float = 0.5
+    clear_margin: float = 0.02
     fill_between: bool = False
     surface_gap: float = 0.3
 
@@ -112,6 +117,7 @@ def integrate_scan(
     T_map_base: Pose2,
     settings: IntegrationSettings | None = None,
     keep_above: float = math.inf,
+    points_map: Floats | None = None,
 ) -> CellBox:
     """Fuse one scan into `grid.log_odds`, in place; return the box of cells it may have changed.
 
@@ -125,6 +131,8 @@ def integrate_scan(
         settings: how strongly one scan speaks; the defaults if not given.
         keep_above: cells with log-odds above this are walls that beams neither erase nor see
             through; used where the pose is too uncertain to argue with the map.
+        points_map: (N, 4) end points [m] and the directions their surfaces face, if they are known
+            already, see `scan_points`.
 
     Source: Moravec & Elfes 1985; Thrun, Burgard & Fox, *Probabilistic Robotics* (2005), Table 9.1.
     """
@@ -132,9 +140,11 @@ def integrate_scan(
     geometry = grid.geometry
     ends, hits = beam_ends(scan, T_map_base)
     T_map_laser = T_map_base @ scan.T_base_laser
-    box = geometry.box_around(*_extent(ends, T_map_laser.x, T_map_laser.y))
+    box = geometry.box_around(*_extent(ends, T_map_laser.x, T_map_laser.y)).dilated(1, geometry)
     if box.empty:
         return EMPTY_BOX
+    if points_map is None:
+        points_map = turned_points(scan_points(scan), T_map_base)
     between = np.zeros((0, 2))
     if settings.fill_between:
         rays = _rays_between(
@@ -150,6 +160,7 @@ def integrate_scan(
         grid.log_odds,
         ends,
         hits,
+        solid_points(points_map, settings.depth * geometry.resolution),
         between,
         T_map_laser.x,
         T_map_laser.y,
@@ -164,10 +175,21 @@ def integrate_scan(
 
 
 @compiled
+def solid_points(points: Floats, depth: float) -> Floats:
+    """Return the points (N, 2) [m] that lie `depth` [m] behind end points (N, 4) with normals."""
+    solid = np.empty((points.shape[0], 2))
+    for i in range(points.shape[0]):
+        solid[i, 0] = points[i, 0] - depth * points[i, 2]
+        solid[i, 1] = points[i, 1] - depth * points[i, 3]
+    return solid
+
+
+@compiled
 def _integrate(
     log_odds: npt.NDArray[np.float32],
     ends: Floats,
     hits: npt.NDArray[np.bool_],
+    solid: Floats,
     between: Floats,
     x0: float,
     y0: float,
@@ -178,68 +200,47 @@ def _integrate(
     keep_above: float,
     surface_gap: float,
 ) -> None:
-    """Update the cells of one scan: first all hits, then the beams' misses on cells not yet seen.
+    """Let the beams of one scan vote on the cells, then update each cell once.
 
     Args:
-        lattice: (origin_x, origin_y, resolution) [m].
+        solid: (N, 2) points [m] behind the end points of the beams that hit, map frame.
         between: (M, 2) ends [m] of rays that clear what is not occupied, map frame.
+        lattice: (origin_x, origin_y, resolution) [m].
         box: (iy0, ix0, iy1, ix1), the cells that may change.
         weights: (hit, miss, lowest, highest) log-odds.
     """
-    origin_x, origin_y, resolution = lattice
+    resolution = lattice[2]
     iy0, ix0, iy1, ix1 = box
-    hit, miss, lowest, highest = weights
-    seen = np.zeros((iy1 - iy0, ix1 - ix0), dtype=np.uint8)
+    x, y = (x0 - lattice[0]) / resolution, (y0 - lattice[1]) / resolution
+    ended = np.zeros((iy1 - iy0, ix1 - ix0), dtype=np.uint8)
+    passed = np.zeros((iy1 - iy0, ix1 - ix0), dtype=np.uint8)
+    filled = np.zeros((iy1 - iy0, ix1 - ix0), dtype=np.uint8)
+    corner_x, corner_y = lattice[0] + ix0 * resolution, lattice[1] + iy0 * resolution
+    _count_ends(ended, solid, corner_x, corner_y, resolution)
     for i in range(ends.shape[0]):
-        if hits[i]:
-            iy = int(math.floor((ends[i, 1] - origin_y) / resolution))
-            ix = int(math.floor((ends[i, 0] - origin_x) / resolution))
-            if iy0 <= iy < iy1 and ix0 <= ix < ix1 and seen[iy - iy0, ix - ix0] == 0:
-                seen[iy - iy0, ix - ix0] = 1
-                log_odds[iy, ix] = min(np.float32(highest), log_odds[iy, ix] + np.float32(hit))
-    for i in range(ends.shape[0] - 1):
-        dx, dy = ends[i + 1, 0] - ends[i, 0], ends[i + 1, 1] - ends[i, 1]
-        gap = math.sqrt(dx * dx + dy * dy)
-        if hits[i] and hits[i + 1] and resolution < gap <= surface_gap:
-            pieces = math.ceil(2.0 * gap / resolution)
-            for j in range(1, pieces):
-                iy = math.floor((ends[i, 1] + dy * j / pieces - origin_y) / resolution)
-                ix = math.floor((ends[i, 0] + dx * j / pieces - origin_x) / resolution)
-                if not (iy0 <= iy < iy1 and ix0 <= ix < ix1) or log_odds[iy, ix] < 0.0:
-                    continue
-                if seen[iy - iy0, ix - ix0] == 0:
-                    seen[iy - iy0, ix - ix0] = 1
-                    log_odds[iy, ix] = min(np.float32(highest), log_odds[iy, ix] + np.float32(hit))
-    for i in range(ends.shape[0]):
-        _clear_beam(
-            log_odds,
-            seen,
-            (x0 - origin_x) / resolution,
-            (y0 - origin_y) / resolution,
-            (ends[i, 0] - x0) / resolution,
-            (ends[i, 1] - y0) / resolution,
-            margin / resolution if hits[i] else 0.0,
-            iy0,
-            ix0,
-            np.float32(miss),
-            np.float32(lowest),
-            np.float32(keep_above),
-        )
+        _count_beam(
+            log_odds, passed, x, y, (ends[i, 0] - x0) / resolution, (ends[i, 1] - y0) / resolution,
+            margin / resolution if hits[i] else 0.0, iy0, ix0, np.float32(keep_above),
+        )  # fmt: skip
+    if surface_gap > 0.0:
+        _close_surfaces(
+            log_odds, ended, passed, ends, hits, solid, corner_x, corner_y, resolution, surface_gap,
+            iy0, ix0,
+        )  # fmt: skip
     for i in range(between.shape[0]):
-        _clear_beam(
-            log_odds,
-            seen,
-            (x0 - origin_x) / resolution,
-            (y0 - origin_y) / resolution,
-            (between[i, 0] - x0) / resolution,
-            (between[i, 1] - y0) / resolution,
-            0.0,
-            iy0,
-            ix0,
-            np.float32(miss),
-            np.float32(lowest),
-            np.float32(0.0),
-        )
+        _count_beam(
+            log_odds, filled, x, y, (between[i, 0] - x0) / resolution,
+            (between[i, 1] - y0) / resolution, 0.0, iy0, ix0, np.float32(0.0),
+        )  # fmt: skip
+    hit, miss = np.float32(weights[0]), np.float32(weights[1])
+    lowest, highest = np.float32(weights[2]), np.float32(weights[3])
+    for iy in range(ended.shape[0]):
+        line = log_odds[iy + iy0]
+        for ix in range(ended.shape[1]):
+            if ended[iy, ix] > 0 and ended[iy, ix] >= passed[iy, ix]:
+                line[ix + ix0] = min(highest, line[ix + ix0] + hit)
+            elif passed[iy, ix] > 0 or filled[iy, ix] > 0:
+                line[ix + ix0] = max(lowest, line[ix + ix0] + miss)
 
 
 @compiled
@@ -275,9 +276,61 @@ def _rays_between(
 
 
 @compiled
-def _clear_beam(
+def _count_ends(
+    ended: npt.NDArray[np.uint8], solid: Floats, corner_x: float, corner_y: float, resolution: float
+) -> None:
+    """Count in each cell the beams that end there; (corner_x, corner_y) [m] is that of `ended`."""
+    rows, cols = ended.shape
+    for i in range(solid.shape[0]):
+        iy = int(math.floor((solid[i, 1] - corner_y) / resolution))
+        ix = int(math.floor((solid[i, 0] - corner_x) / resolution))
+        if 0 <= iy < rows and 0 <= ix < cols and ended[iy, ix] < 255:
+            ended[iy, ix] += 1
+
+
+@compiled
+def _close_surfaces(
     log_odds: npt.NDArray[np.float32],
-    seen: npt.NDArray[np.uint8],
+    ended: npt.NDArray[np.uint8],
+    passed: npt.NDArray[np.uint8],
+    ends: Floats,
+    hits: npt.NDArray[np.bool_],
+    solid: Floats,
+    corner_x: float,
+    corner_y: float,
+    resolution: float,
+    surface_gap: float,
+    iy0: int,
+    ix0: int,
+) -> None:
+    """Let neighbouring beams that end close together also end in the cells between their ends.
+
+    Cells that beams pass, or that were seen to be free, are left as they are.
+    """
+    rows, cols = ended.shape
+    k = -1
+    for i in range(ends.shape[0] - 1):
+        if not hits[i]:
+            continue
+        k += 1
+        gap = math.sqrt((ends[i + 1, 0] - ends[i, 0]) ** 2 + (ends[i + 1, 1] - ends[i, 1]) ** 2)
+        if not hits[i + 1] or gap <= resolution or gap > surface_gap:
+            continue
+        dx, dy = solid[k + 1, 0] - solid[k, 0], solid[k + 1, 1] - solid[k, 1]
+        pieces = math.ceil(2.0 * gap / resolution)
+        for j in range(1, pieces):
+            iy = int(math.floor((solid[k, 1] + dy * j / pieces - corner_y) / resolution))
+            ix = int(math.floor((solid[k, 0] + dx * j / pieces - corner_x) / resolution))
+            if not (0 <= iy < rows and 0 <= ix < cols) or log_odds[iy + iy0, ix + ix0] < 0.0:
+                continue
+            if ended[iy, ix] == 0 and passed[iy, ix] == 0:
+                ended[iy, ix] = 1
+
+
+@compiled
+def _count_beam(
+    log_odds: npt.NDArray[np.float32],
+    passed: npt.NDArray[np.uint8],
     x: float,
     y: float,
     dx: float,
@@ -285,11 +338,9 @@ def _clear_beam(
     margin: float,
     iy0: int,
     ix0: int,
-    miss: np.float32,
-    lowest: np.float32,
     keep_above: np.float32,
 ) -> None:
-    """Walk one beam cell by cell and count a miss on every cell not yet seen in this scan.
+    """Walk one beam cell by cell and count it in every cell it passes.
 
     Args:
         x: start of the beam, in cells from the grid's origin corner; `y` alike.
@@ -298,7 +349,7 @@ def _clear_beam(
 
     Source: Amanatides & Woo 1987.
     """
-    rows, cols = seen.shape
+    rows, cols = passed.shape
     length = math.sqrt(dx * dx + dy * dy)
     reach = length - margin
     if reach <= 0.0:
@@ -313,12 +364,11 @@ def _clear_beam(
     iy -= iy0
     ix -= ix0
     while True:
-        if 0 <= iy < rows and 0 <= ix < cols and seen[iy, ix] == 0:
-            value = log_odds[iy + iy0, ix + ix0]
-            if value > keep_above:
+        if 0 <= iy < rows and 0 <= ix < cols:
+            if log_odds[iy + iy0, ix + ix0] > keep_above:
                 return
-            seen[iy, ix] = 1
-            log_odds[iy + iy0, ix + ix0] = max(lowest, value + miss)
+            if passed[iy, ix] < 255:
+                passed[iy, ix] += 1
         if next_x < next_y:
             if next_x >= reach:
                 return

@@ -1,6 +1,6 @@
 """Walls at finer scale than cells: a piece of surface for every occupied cell.
 
-Each cell keeps the mean of the end points that fell into it. Around every occupied cell a line is
+Each cell keeps the mean of the end points whose solid it is. Around every occupied cell a line is
 fitted to the means of the cells nearby; the cell then stands for a small piece of wall, a *surfel*:
 a point and a matrix that measures how far a new end point lies off the wall. Every cell in reach
 of a wall knows its closest occupied cell, so looking up a point's surfel is one array read.
@@ -109,13 +109,16 @@ class SurfaceMap:
         self.owned = _padded(self.owned, padding, NO_SURFEL)
         self.cells[: self.count] += np.array([0, padding.below, padding.left], dtype=np.int32)
 
-    def update(self, grid: OccupancyGrid, points_map: Floats, box: CellBox) -> None:
+    def update(
+        self, grid: OccupancyGrid, points_map: Floats, box: CellBox, depth: float = 0.0
+    ) -> None:
         """Take in the end points of one scan after they were fused into `grid`.
 
         Args:
             grid: the occupancy grid this map follows, already updated.
             points_map: (N, 4) end points (x, y) [m] and the directions their surfaces face.
             box: the cells that may have changed.
+            depth: an end point belongs to the cell this far behind its surface [m], as in `grid`.
         """
         self._reserve(len(points_map))
         self.scans += 1
@@ -124,7 +127,7 @@ class SurfaceMap:
         dirty = np.zeros(len(self.occupied), dtype=np.bool_)
         self.count = _add_hits(
             points_map, lattice, self.owned, self.cells, self.sums, self.count, settings.memory,
-            float(self.scans), dirty,
+            float(self.scans), depth, dirty,
         )  # fmt: skip
         flips = _find_flips(
             grid.log_odds, (box.iy0, box.ix0, box.iy1, box.ix1), self.occupied,
@@ -181,13 +184,14 @@ def _add_hits(
     count: int,
     memory: float,
     now: float,
+    depth: float,
     dirty: npt.NDArray[np.bool_],
 ) -> int:
     """Add end points to their cells' means; return the new number of surfels."""
     _, rows, cols = owned.shape
     for i in range(points.shape[0]):
-        iy = int(math.floor((points[i, 1] - lattice[1]) / lattice[2]))
-        ix = int(math.floor((points[i, 0] - lattice[0]) / lattice[2]))
+        iy = int(math.floor((points[i, 1] - depth * points[i, 3] - lattice[1]) / lattice[2]))
+        ix = int(math.floor((points[i, 0] - depth * points[i, 2] - lattice[0]) / lattice[2]))
         if not (0 <= iy < rows and 0 <= ix < cols):
             continue
         layer = layer_of(points[i, 2], points[i, 3])

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from protocol.body import WireBody
 from protocol.fields import (
+    NO_NUMBERS,
     Bytes,
     Coordinate,
     Count,
@@ -34,7 +35,7 @@ from protocol.fields import (
     Track,
 )
 
-PROTOCOL_VERSION = (1, 0)
+PROTOCOL_VERSION = (1, 1)
 
 SERVER = "server"
 WORLD = "world"
@@ -204,7 +205,9 @@ class Bid(Message):
 
     `places_map` (n, 2) [m]; `gains` (n,) expected information [m2]; `costs_m` (n,) path length
     [m]; `rectangles_map` (n, 4) x_min, y_min, x_max, y_max [m] of the information gain regions.
-    `unreachable_map` (k, 2) are frontier places this body cannot get to.
+    `detours_m` (n,) [m]: how much longer a round through all its places gets when the robot goes
+    there first; empty from a robot that does not tell. `unreachable_map` (k, 2) are frontier places
+    this body cannot get to.
     """
 
     type: Literal["bid"] = "bid"
@@ -216,6 +219,7 @@ class Bid(Message):
     costs_m: Numbers
     rectangles_map: Rectangles
     unreachable_map: Points
+    detours_m: Numbers = NO_NUMBERS
 
 
 class Award(Message):

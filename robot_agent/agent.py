@@ -166,7 +166,7 @@ class Agent:
         T_map_base = self._T_map_odom @ mapping.T_odom_base
         ready = self._aligned and self._looked and not self._ended
         if ready and work.wants_bids:
-            bid = explorer.bid(T_map_base, work.idle, now)
+            bid = explorer.bid(T_map_base, self._teammates.places, work.idle, now)
             effects += [Send("radio", SERVER, bid)] if bid else []
         return [*effects, *self._heartbeat(mapping, planning_map, now)]
 

@@ -41,27 +41,28 @@ class ExplorerSettings(_Settings):
         frontier_cells_min: a frontier of fewer cells is noise.
         gain_range_m: information is expected up to this far, or the sensor's range if that is
             less: between walls a laser rarely sees as far as it could.
-        openings_limit_gains: whether no more is expected behind a frontier too narrow for the body
-            than a strip as wide as the frontier and as long as `peep_m`. A gap between two wall
-            segments opens on all the unknown outside, but only a little is to be seen through it.
-        peep_m: see `openings_limit_gains`.
         weigh_by_probability: whether cells that are partly known weigh less (the improvement that
             Simmons et al. 2000 name).
         coarsening: information is counted on blocks of so many cells along an edge.
         bid_period_s: a bid is built on every map update, but no more often than this.
         reach_m: a place may lie this much farther from the frontier than the body's radius.
+        round_gain_m2: frontiers with less to gain do not count in the robot's round.
+        round_places_max: the richest frontiers make the round, up to so many.
+        round_beyond: what is expected to be driven beyond a frontier, there and back, as a multiple
+            of the square root of the area there.
         places_max: the richest places are told, up to so many.
     """
 
     spacing_m: Positive = 0.5
     frontier_cells_min: Annotated[int, Field(ge=1)] = 6
     gain_range_m: Positive = 4.0
-    openings_limit_gains: bool = True
-    peep_m: Positive = 2.0
     weigh_by_probability: bool = True
     coarsening: Annotated[int, Field(ge=1, le=8)] = 4
     bid_period_s: Positive = 2.0
     reach_m: NotNegative = 0.5
+    round_gain_m2: NotNegative = 1.0
+    round_places_max: Annotated[int, Field(ge=1, le=200)] = 40
+    round_beyond: NotNegative = 1.0
     places_max: Annotated[int, Field(ge=1, le=2000)] = 150
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mapping.geometry import Pose2, pose_from
+from mapping.geometry import Floats, Pose2, pose_from
 from mapping.scan import LaserScan
 from protocol.messages import TeamPoses
 from robot_agent.right_of_way import Teammate
@@ -54,6 +54,12 @@ class Teammates:
                 )
             start = end
         self.others = tuple(others)
+
+    @property
+    def places(self) -> Floats:
+        """Where the others are, (k, 2) [m], map frame."""
+        rows = [(mate.T_map_base.x, mate.T_map_base.y) for mate in self.others]
+        return np.array(rows, dtype=np.float64).reshape(-1, 2)
 
     def mask(self, scan: LaserScan, T_map_base: Pose2, margin: float) -> LaserScan:
         """Return the scan with all beams ignored that end at a teammate.

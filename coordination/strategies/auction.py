@@ -25,6 +25,8 @@ class AuctionSettings(BaseModel):
 
     Attributes:
         cost_weight_m2_per_m: how much information one metre of way must be worth.
+        detour_weight: how much a metre counts by which the robot's round through all its places
+            gets longer when it goes there first, against a metre of way.
         min_gain_m2: the least discounted gain worth a trip.
         hysteresis_ratio: a place in the region of the robot's running task has its gain divided by
             this; lower values make robots stay with what they are at. 1 switches it off.
@@ -39,6 +41,7 @@ class AuctionSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     cost_weight_m2_per_m: Annotated[float, Field(ge=0.0)] = 1.0
+    detour_weight: Annotated[float, Field(ge=0.0)] = 1.0
     min_gain_m2: Annotated[float, Field(ge=0.0)] = 1.0
     hysteresis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
     gain_cap_m2: Annotated[float, Field(gt=0.0)] = 60.0
@@ -140,7 +143,8 @@ class Auction:
         if not worth.any():
             return None
         weight = self.settings.cost_weight_m2_per_m * bid.cost_weight
-        utilities = (1.0 - offer.overlaps) * offer.values - weight * bid.costs
+        costs = bid.costs + self.settings.detour_weight * bid.detours
+        utilities = (1.0 - offer.overlaps) * offer.values - weight * costs
         rows = np.flatnonzero(worth)
         first = np.lexsort((rows, bid.costs[rows], -utilities[rows]))[0]
         row = int(rows[first])
