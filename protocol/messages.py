@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from protocol.body import WireBody
 from protocol.fields import (
     NO_NUMBERS,
+    NO_POINTS,
     Bytes,
     Coordinate,
     Count,
@@ -127,7 +128,10 @@ class ScanReport(Message):
 
     `number` counts a robot's reports from 1 without gaps. `track_odom` (n, 4) holds stamp, x, y,
     theta of all poses since the report before, in the robot's odom frame, this one last.
-    `covariance` is that of `T_odom_base` relative to the report before, in the base frame.
+    `covariance` is that of `T_odom_base` relative to the robot's own map around it, odom frame.
+    `T_wheel_base` is where the wheels alone put the robot, in a frame of their own.
+    `sightings_odom` (k, 2) [m] is where it saw discs of a teammate's size since the report before,
+    in its odom frame; told only while it looks around.
     """
 
     type: Literal["scan_report"] = "scan_report"
@@ -141,6 +145,8 @@ class ScanReport(Message):
     T_odom_base: PoseField
     covariance: Covariance
     track_odom: Track
+    T_wheel_base: PoseField | None = None
+    sightings_odom: Points = NO_POINTS
 
 
 class ReportsReceived(Message):

@@ -144,8 +144,11 @@ class Agent:
             return []
         mapping, planning_map, explorer, work = self._body_parts
         if len(message.ranges):
-            mapping.take(self._scan_of(message, mapping), message.T_wheel_base)
+            sweep = self._sweep_of(message)
+            mapping.take(self._without_teammates(sweep, message, mapping), message.T_wheel_base)
             self._points_base = mapping.scan.points_base() if mapping.scan else _NO_POINTS
+            if not (self._looked and self._aligned):
+                mapping.sight(self._teammates.find_in(sweep, self._joined.body or Body()))
         mapping.move(message.T_wheel_base)
         if self._looks_around(message):
             rate = (self._joined.body or Body()).drive.turn_rate_max_rad_s
@@ -170,21 +173,25 @@ class Agent:
             effects += [Send("radio", SERVER, bid)] if bid else []
         return [*effects, *self._heartbeat(mapping, planning_map, now)]
 
-    def _scan_of(self, frame: BodyFrame, mapping: LocalMapping) -> LaserScan:
-        """Return the sweep of a frame, without beams that hit teammates."""
+    def _sweep_of(self, frame: BodyFrame) -> LaserScan:
+        """Return the sweep of a frame as measured."""
         assert self._joined is not None
         lidar = (self._joined.body or Body()).lidar
-        scan = LaserScan(
+        return LaserScan(
             frame.ranges,
             lidar.bearing_start,
             lidar.bearing_step,
             lidar.range_max_m,
             frame.stamp_s,
         )
-        self._points_base = scan.points_base()
+
+    def _without_teammates(
+        self, sweep: LaserScan, frame: BodyFrame, mapping: LocalMapping
+    ) -> LaserScan:
+        """Return a sweep without the beams that hit teammates."""
         mapping.move(frame.T_wheel_base)
         T_map_base = self._T_map_odom @ mapping.T_odom_base
-        return self._teammates.mask(scan, T_map_base, self.settings.mapping.teammate_margin_m)
+        return self._teammates.mask(sweep, T_map_base, self.settings.mapping.teammate_margin_m)
 
     @property
     def _looked(self) -> bool:

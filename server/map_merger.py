@@ -22,7 +22,8 @@ from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan_integration import IntegrationSettings
 from mapping.scan_matching import MatchResult, match
 from mapping.scan_points import scan_points, turned_points
-from server.placing import Member, Node, Placement, Report, corrected_track, way_covariance
+from server.mutual_sightings import MutualSightings, Relation
+from server.placing import Member, Node, Placement, Report, Way, corrected_track, way_between
 from server.settings import MergerSettings
 from server.team_graph import TeamGraph
 
@@ -36,6 +37,7 @@ class MapMerger:
 
     Attributes:
         map: the team's map and what matching needs of it.
+        sightings: who saw whom from the start.
         members: by robot's name.
         nodes: all placed scans, in order.
         team: the pose graph that holds the scans together.
@@ -51,6 +53,7 @@ class MapMerger:
             )
         )
         self.team = TeamGraph(settings.loops, self.map.settings)
+        self.sightings = MutualSightings()
         self.members: dict[str, Member] = {}
         self.nodes: list[Node] = []
         self.dirty = EMPTY_BOX
@@ -89,22 +92,27 @@ class MapMerger:
         """
         known = self.members.get(name)
         covariance = np.diag([sigma**2, sigma**2, turn_sigma**2]) + np.diag([1e-4, 1e-4, 1e-5])
-        motion = motion or MotionModel()
+        motion, told = motion or MotionModel(), (sigma, turn_sigma)
         if known is None:
-            self.members[name] = Member(T_map_start, covariance, motion)
+            self.members[name] = Member(T_map_start, covariance, told, motion)
             return
+        self.sightings.forget(name)
         restart = self._last_pose(name) or T_map_start
-        self.members[name] = Member(restart, covariance, motion, placed=known.placed)
+        self.members[name] = Member(restart, covariance, told, motion, placed=known.placed)
 
     def place(self, name: str, report: Report) -> Placement:
         """Place a report in the team's map; the robot's alignment follows."""
         member = self.members[name]
+        if len(report.sightings_odom):
+            self.sightings.add(
+                name, report.T_odom_base, report.covariance, report.sightings_odom
+            )
         if not member.aligned:
             return self._tie(name, member, report)
         track = np.concatenate((*member.untold, report.track_odom))
         assert member.last is not None
-        way = way_covariance(member.last, report, track, member.motion)
-        guess = member.T_map_odom @ report.T_odom_base
+        way = way_between(member.last, report, track, member.motion)
+        guess = member.T_map_odom @ member.last.T_odom_base @ way.T_last_base
         result = self._match(member, report, guess, way)
         contradicts = self._contradicts(result)
         T_map_base = guess if contradicts else result.T_map_base
@@ -112,7 +120,7 @@ class MapMerger:
             name,
             report.scan,
             T_map_base,
-            self.team.foreseen(name, T_map_base, way),
+            self.team.foreseen(name, T_map_base, way.covariance),
         )
         if contradicts and not found:
             member.unmatched += 1
@@ -120,8 +128,7 @@ class MapMerger:
             return Placement(False, 0.0)
         if not contradicts:
             member.covariance = result.covariance
-        T_last_base = member.last.T_odom_base.inverse() @ report.T_odom_base
-        node = self.team.extend(name, report.scan, T_map_base, T_last_base, way)
+        node = self.team.extend(name, report.scan, T_map_base, way)
         worst = self.team.connect_loops(node, report.scan, found)
         redrawn = False
         if contradicts or worst > self.settings.loops.settle_above:
@@ -133,8 +140,8 @@ class MapMerger:
         self._insert(name, member, report, T_map_base @ report.T_odom_base.inverse())
         return Placement(True, moved, redrawn)
 
-    def _match(self, member: Member, report: Report, guess: Pose2, way: Floats) -> MatchResult:
-        """Match a report with the team's map; `way` (3, 3) is the error of its way, its frame."""
+    def _match(self, member: Member, report: Report, guess: Pose2, way: Way) -> MatchResult:
+        """Match a report with the team's map."""
         prior = self._prior(member, guess, way)
         result = self.map.match(report.scan, guess, prior, self._window(prior))
         if self._contradicts(result):
@@ -154,16 +161,44 @@ class MapMerger:
             self._begin(name, member, [report], member.T_map_odom, member.covariance)
             return Placement(True, 0.0)
         member.held.append(report)
+        relation = self._relation(name, member)
+        if relation is None and len(member.held) <= self.settings.sight_wait:
+            return Placement(False, 0.0)
+        if relation is not None:
+            member.T_map_odom, member.covariance = relation.T_a_b, relation.covariance
+        result = self._match_held(member, report, relation is not None)
+        if self._aligns(result, len(member.held)):
+            T_map_odom = result.T_map_base @ report.T_odom_base.inverse()
+            covariance = result.covariance
+        elif relation is not None and not self._contradicts(result):
+            T_map_odom, covariance = relation.T_a_b, relation.covariance
+        else:
+            return Placement(False, 0.0)
+        moved = member.T_map_odom.distance_to(T_map_odom)
+        member.covariance, member.aligned = covariance, True
+        waiting, member.held = member.held, []
+        self._begin(name, member, waiting, T_map_odom, covariance)
+        return Placement(True, moved)
+
+    def _match_held(self, member: Member, report: Report, seen: bool) -> MatchResult:
+        """Match the last reports of a robot with the team's map, all together.
+
+        Args:
+            member: the robot.
+            report: the last of them.
+            seen: whether teammates told its place.
+        """
         sigma = math.sqrt(max(member.covariance[0, 0], member.covariance[1, 1]))
         turn_sigma = math.sqrt(member.covariance[2, 2])
         # Starts are told with uniform errors: one sigma of them is their largest.
-        window = SearchWindow(1.25 * sigma + 0.1, 1.25 * turn_sigma + 0.02)
+        sigmas = 3.0 if seen else 1.25
+        window = SearchWindow(sigmas * sigma + 0.1, sigmas * turn_sigma + 0.02)
         T_base_odom = report.T_odom_base.inverse()
         points = [
             turned_points(scan_points(held.scan), T_base_odom @ held.T_odom_base)
             for held in member.held[-_HELD_TOGETHER:]
         ]
-        result = match(
+        return match(
             self.map.grid,
             self.map.surfaces,
             np.concatenate(points),
@@ -172,14 +207,23 @@ class MapMerger:
             self.map.settings.matching,
             window,
         )
-        if not self._aligns(result, len(member.held)):
-            return Placement(False, 0.0)
-        T_map_odom = result.T_map_base @ T_base_odom
-        moved = (member.T_map_odom @ report.T_odom_base).distance_to(result.T_map_base)
-        member.covariance, member.aligned = result.covariance, True
-        waiting, member.held = member.held, []
-        self._begin(name, member, waiting, T_map_odom, result.covariance)
-        return Placement(True, moved)
+
+    def _relation(self, name: str, member: Member) -> Relation | None:
+        """Return where a robot's local map lies in the team's by what robots saw of each other."""
+        best = None
+        for other, known in self.members.items():
+            if other == name or not known.aligned:
+                continue
+            told = known.T_map_odom.inverse() @ member.T_map_odom
+            sigma, turn_sigma = (a + b for a, b in zip(known.told, member.told, strict=True))
+            relation = self.sightings.relation(other, name, told, 1.5 * sigma, turn_sigma)
+            if relation is None:
+                continue
+            T_map_odom = known.T_map_odom @ relation.T_a_b
+            covariance = turned_covariance(relation.covariance, -known.T_map_odom.theta)
+            if best is None or covariance[2, 2] < best.covariance[2, 2]:
+                best = Relation(T_map_odom, covariance)
+        return best
 
     def track(self, name: str) -> Floats:
         """Return the corrected poses of a robot, (n, 4): stamp, x, y, theta, map frame."""
@@ -211,14 +255,14 @@ class MapMerger:
 
     # --- steps --------------------------------------------------------------------------------
 
-    def _prior(self, member: Member, guess: Pose2, way: Floats) -> Floats:
+    def _prior(self, member: Member, guess: Pose2, way: Way) -> Floats:
         """Return the covariance of the guess: the last match's, and what the way since added."""
         settings = self.settings
         drift, turn_drift = settings.drift_m, math.radians(settings.drift_deg)
         assert member.last is not None
         before = member.T_map_odom @ member.last.T_odom_base
         carried = carried_covariance(member.covariance, guess.x - before.x, guess.y - before.y)
-        grown = carried + turned_covariance(way, -guess.theta)
+        grown = carried + turned_covariance(way.covariance, -guess.theta)
         return grown + np.diag([drift**2, drift**2, turn_drift**2])
 
     def _window(self, prior: Floats) -> SearchWindow | None:
@@ -266,9 +310,8 @@ class MapMerger:
                     self.team.tie(nearest, node, T_near_base, turned)
             else:
                 assert member.last is not None
-                way = way_covariance(member.last, report, report.track_odom, member.motion)
-                T_last_base = member.last.T_odom_base.inverse() @ report.T_odom_base
-                self.team.extend(name, report.scan, T_map_base, T_last_base, way)
+                way = way_between(member.last, report, report.track_odom, member.motion)
+                self.team.extend(name, report.scan, T_map_base, way)
             self._insert(name, member, report, T_map_odom, first=k == 0)
 
     def _insert(

@@ -251,7 +251,14 @@ class Master:
         )
         guess = member.T_map_odom @ message.T_odom_base
         scan = without_teammates(scan, guess, self._discs(name, message.stamp_s))
-        report = Report(scan, message.T_odom_base, message.covariance, message.track_odom)
+        report = Report(
+            scan,
+            message.T_odom_base,
+            message.covariance,
+            message.track_odom,
+            message.T_wheel_base,
+            message.sightings_odom.astype(np.float64),
+        )
         placement = self.merger.place(name, report)
         update = words.PoseUpdate(
             number=message.number,

@@ -15,6 +15,8 @@ from protocol.body import Drive
 
 # No robot knows its way from one report to the next better than this [m], [rad].
 _LEAST = np.diag([0.005**2, 0.005**2, 0.002**2])
+# The wheels contradict a robot's corrected way beyond this squared error (three dimensions).
+_WHEELS_CONTRADICT = 12.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +28,16 @@ class Report:
         T_odom_base: the robot's locally corrected pose.
         covariance: (3, 3) of it relative to the robot's own map around it, odom frame.
         track_odom: (n, 4) stamp, x, y, theta since the report before, odom frame.
+        T_wheel_base: where the wheels alone put the robot, in a frame of their own; None untold.
+        sightings_odom: (k, 2) [m] where it saw discs of a teammate's size, odom frame.
     """
 
     scan: LaserScan
     T_odom_base: Pose2
     covariance: Floats
     track_odom: Floats
+    T_wheel_base: Pose2 | None = None
+    sightings_odom: Floats = field(default_factory=lambda: np.zeros((0, 2)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +75,7 @@ class Member:
     Attributes:
         T_map_odom: where its local map lies in the team's.
         covariance: (3, 3) of the robot's pose in the team's map, map frame.
+        told: largest errors of the start it was told [m], [rad].
         motion: how wrong its wheels are.
         aligned: whether a scan of it was ever matched (or defined the frame).
         held: reports that wait for the alignment.
@@ -80,6 +87,7 @@ class Member:
 
     T_map_odom: Pose2
     covariance: Floats
+    told: tuple[float, float] = (0.0, 0.0)
     motion: MotionModel = field(default_factory=MotionModel)
     aligned: bool = False
     held: list[Report] = field(default_factory=list)
@@ -113,14 +121,28 @@ def motion_of(drive: Drive) -> MotionModel:
     )
 
 
-def way_covariance(last: Report, report: Report, track_odom: Floats, motion: MotionModel) -> Floats:
-    """Return the covariance (3, 3) of a report's pose in that of the one before, frame of the new.
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A robot's own word on how it got from one report to the next.
 
-    A robot's word on its way is at least as good as its wheels. Where its own map told it more, its
-    covariance stopped growing; where it came back to a part of its map it knew better, its pose
-    jumped, by an error as large as its uncertainty before. With P before and after, A = F P F' the
-    old one carried along, Q what the wheels add, and K = 1 - P (A + Q)^-1 the gain, the error of
-    the way is P - A + K A + A K'.
+    Attributes:
+        T_last_base: the new pose in the one before.
+        covariance: (3, 3) of it, in the frame of the new pose.
+    """
+
+    T_last_base: Pose2
+    covariance: Floats
+
+
+def way_between(last: Report, report: Report, track_odom: Floats, motion: MotionModel) -> Way:
+    """Return what a robot tells of its way from one report to the next.
+
+    Its word is at least as good as its wheels. Where its own map told it more, its covariance
+    stopped growing; where it came back to a part of its map it knew better, its pose moved by an
+    error as large as its uncertainty before. With P before and after, A = F P F' the old one
+    carried along, Q what the wheels add, and K = 1 - P (A + Q)^-1 the gain, the error of the way
+    is P - A + K A + A K'. If it moved so far that the wheels contradict, it closed a loop in its
+    own map; then the wheels' word stands, and the loop is closed here, all along the way.
 
     Args:
         last: the report before.
@@ -135,13 +157,20 @@ def way_covariance(last: Report, report: Report, track_odom: Floats, motion: Mot
     for stop in stops:
         pose, wheels = motion.propagate(pose, wheels, pose.inverse() @ stop)
     start, end = last.T_odom_base, report.T_odom_base
+    T_last_base = start.inverse() @ end
+    if last.T_wheel_base is not None and report.T_wheel_base is not None:
+        T_wheels = last.T_wheel_base.inverse() @ report.T_wheel_base
+        error = (T_wheels.inverse() @ T_last_base).as_array()
+        allowed = turned_covariance(wheels, end.theta) + _LEAST
+        if float(error @ np.linalg.solve(allowed, error)) > _WHEELS_CONTRADICT:
+            return Way(T_wheels, allowed)
     carried = carried_covariance(last.covariance, end.x - start.x, end.y - start.y)
     kept = np.linalg.solve(carried + wheels + 1e-9 * np.eye(3), report.covariance).T
     lost = (np.eye(3) - kept) @ carried
-    error = report.covariance - carried + lost + lost.T
-    strengths, directions = np.linalg.eigh(0.5 * (error + error.T))
-    error = (directions * np.maximum(strengths, 0.0)) @ directions.T
-    return turned_covariance(error, end.theta) + _LEAST
+    grown = report.covariance - carried + lost + lost.T
+    strengths, directions = np.linalg.eigh(0.5 * (grown + grown.T))
+    grown = (directions * np.maximum(strengths, 0.0)) @ directions.T
+    return Way(T_last_base, turned_covariance(grown, end.theta) + _LEAST)
 
 
 def corrected_track(track_odom: Floats, T_map_odom_before: Pose2, T_map_odom: Pose2) -> Floats:

@@ -63,7 +63,8 @@ class MergerSettings(_Settings):
 
     A robot is tied to the team's map when all its reports so far, together, match it with at least
     `align_points` end points at walls, a share of `align_fit`, and an uncertainty of no more than
-    `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails.
+    `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails. So many
+    reports as `sight_wait` it waits for robots to have seen each other, which tells more.
     """
 
     resolution_m: Annotated[float, Field(gt=0.005, le=1.0)] = 0.05
@@ -74,6 +75,7 @@ class MergerSettings(_Settings):
     align_sigma_m: Positive = 0.1
     align_sigma_deg: Positive = 1.5
     hold_most: Annotated[int, Field(ge=1)] = 12
+    sight_wait: Annotated[int, Field(ge=0)] = 3
     drift_m: NotNegative = 0.03
     drift_deg: NotNegative = 0.5
     search_sigma_m: Positive = 0.1

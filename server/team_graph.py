@@ -29,6 +29,7 @@ from mapping.pose_graph import (
 from mapping.scan import LaserScan
 from mapping.scan_matching import MatchResult
 from mapping.wall_information import wall_information
+from server.placing import Way
 from server.settings import LoopSettings
 from server.submaps import Submap
 
@@ -92,23 +93,20 @@ class TeamGraph:
         information: Floats = np.linalg.inv(covariance + _FLOOR)
         self.graph.connect(Edge(i, j, T_i_j, information, robust=True))
 
-    def extend(
-        self, robot: str, scan: LaserScan, T_map_base: Pose2, T_i_j: Pose2, covariance: Floats
-    ) -> int:
+    def extend(self, robot: str, scan: LaserScan, T_map_base: Pose2, way: Way) -> int:
         """Add a node to a robot's way.
 
         Args:
             robot: its name.
             scan: what it saw there.
             T_map_base: where, as placed.
-            T_i_j: its pose in that of the node before, by its own word.
-            covariance: (3, 3) of that, in its frame.
+            way: how it got there from the node before, by its own word.
         """
         chain = self.chains[robot]
         node = self.graph.add(T_map_base)
-        information: Floats = np.linalg.inv(covariance)
-        self.graph.connect(Edge(chain.node, node, T_i_j, information))
-        chain.covariance = self.foreseen(robot, T_map_base, covariance)
+        information: Floats = np.linalg.inv(way.covariance)
+        self.graph.connect(Edge(chain.node, node, way.T_last_base, information))
+        chain.covariance = self.foreseen(robot, T_map_base, way.covariance)
         chain.node = node
         self._draw(chain, scan, T_map_base, node)
         return node

@@ -1,0 +1,138 @@
+"""Who saw whom at the start: relative poses of robots that see each other.
+
+Robots begin in view of one another (Simmons et al. 2000, section "Coordinated Mapping"). Each
+turns once on the spot and tells where it saw discs of a teammate's size. Where A sees B and B sees
+A, the two places fix how their local maps lie to each other: B stands where A sees it, and the
+directions in which they see each other differ by half a turn. Who is who follows from what they
+were told: their distance must be the same from both sides, and their headings as told, within the
+errors; with the wrong teammate they come out wrong by a large angle. A pair that can be
+explained in two ways is left to what the walls tell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mapping.geometry import Floats, Pose2, fit_rigid, wrap_angle
+
+# Sightings this close to each other [m] are of the same disc.
+_SAME = 0.15
+# A robot that moved farther than this [m] from where it looked around no longer counts.
+STANDING = 0.1
+# A disc must have been seen so often.
+_SEEN_LEAST = 2
+# Error of a sighted place [m], most of it across the line of sight.
+_SIGMA = 0.02
+
+
+@dataclass(slots=True)
+class Lookout:
+    """What one robot saw from where it stood first.
+
+    Attributes:
+        place_odom: where it stood (2,) [m], odom frame.
+        turn_variance: of its heading by now [rad^2], odom frame: without walls it drifts.
+        sums: (k, 3) sums of x, y [m] and number of the sightings of each disc, odom frame.
+    """
+
+    place_odom: Floats
+    turn_variance: float = 0.0
+    sums: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+
+    @property
+    def discs(self) -> Floats:
+        """Where discs were seen often enough, (k, 2) [m], odom frame."""
+        often = self.sums[self.sums[:, 2] >= _SEEN_LEAST]
+        places: Floats = often[:, :2] / often[:, 2:]
+        return places
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """How two local maps lie to each other; each began where its robot stood.
+
+    Attributes:
+        T_a_b: pose of b's odom frame in a's.
+        covariance: (3, 3) of it, in a's frame.
+    """
+
+    T_a_b: Pose2
+    covariance: Floats
+
+
+class MutualSightings:
+    """What all robots saw of each other from where they started."""
+
+    def __init__(self) -> None:
+        self._lookouts: dict[str, Lookout] = {}
+
+    def forget(self, robot: str) -> None:
+        """A robot starts anew."""
+        self._lookouts.pop(robot, None)
+
+    def add(
+        self, robot: str, T_odom_base: Pose2, covariance: Floats, sightings_odom: Floats
+    ) -> None:
+        """Take in what a robot saw.
+
+        Args:
+            robot: its name.
+            T_odom_base: where it is.
+            covariance: (3, 3) of that, odom frame.
+            sightings_odom: (k, 2) [m] where it saw discs.
+        """
+        here = np.array([T_odom_base.x, T_odom_base.y])
+        lookout = self._lookouts.setdefault(robot, Lookout(here))
+        if float(np.hypot(*(here - lookout.place_odom))) > STANDING:
+            return
+        lookout.turn_variance = float(covariance[2, 2])
+        for place in np.asarray(sightings_odom, dtype=np.float64):
+            row = np.array([[place[0], place[1], 1.0]])
+            if len(lookout.sums):
+                means = lookout.sums[:, :2] / lookout.sums[:, 2:]
+                off = np.hypot(means[:, 0] - place[0], means[:, 1] - place[1])
+                k = int(off.argmin())
+                if off[k] <= _SAME:
+                    lookout.sums[k] += row[0]
+                    continue
+            lookout.sums = np.concatenate((lookout.sums, row))
+
+    def relation(
+        self, a: str, b: str, T_a_b_told: Pose2, sigma: float, turn_sigma: float
+    ) -> Relation | None:
+        """Return how the local map of `b` lies in that of `a` if they saw each other, else None.
+
+        Args:
+            a: one robot.
+            b: another.
+            T_a_b_told: what they were told.
+            sigma: the largest error of that in x and in y [m].
+            turn_sigma: and in heading [rad].
+        """
+        one, other = self._lookouts.get(a), self._lookouts.get(b)
+        if one is None or other is None:
+            return None
+        fits = []
+        for seen_b in one.discs:
+            for seen_a in other.discs:
+                places_a = np.stack((one.place_odom, seen_b))
+                places_b = np.stack((seen_a, other.place_odom))
+                apart_a = float(np.hypot(*(places_a[1] - places_a[0])))
+                apart_b = float(np.hypot(*(places_b[1] - places_b[0])))
+                if abs(apart_a - apart_b) > 0.5 * _SAME or min(apart_a, apart_b) < _SAME:
+                    continue
+                T_a_b = fit_rigid(places_a, places_b)
+                if abs(wrap_angle(T_a_b.theta - T_a_b_told.theta)) > turn_sigma + 0.05:
+                    continue
+                reach = sigma + apart_a * turn_sigma + 0.1
+                if max(abs(T_a_b.x - T_a_b_told.x), abs(T_a_b.y - T_a_b_told.y)) > reach:
+                    continue
+                fits.append((T_a_b, apart_a))
+        if len(fits) != 1:
+            return None
+        T_a_b, apart = fits[0]
+        place = _SIGMA**2 + apart**2 * one.turn_variance
+        turn = 2.0 * (_SIGMA / apart) ** 2 + one.turn_variance + other.turn_variance
+        return Relation(T_a_b, np.diag([place, place, turn]))
