@@ -131,7 +131,7 @@ class MapMerger:
         node = self.team.extend(name, report.scan, T_map_base, way)
         worst = self.team.connect_loops(node, report.scan, found)
         redrawn = False
-        if contradicts or worst > self.settings.loops.settle_above:
+        if contradicts or self.team.strained(worst):
             self.team.settle()
             member.covariance = self.team.chains[name].covariance
             redrawn = self._redraw()
@@ -224,6 +224,13 @@ class MapMerger:
             if best is None or covariance[2, 2] < best.covariance[2, 2]:
                 best = Relation(T_map_odom, covariance)
         return best
+
+    def settle(self) -> bool:
+        """Put the map right by all that is known; return whether it was drawn again."""
+        if not self.nodes:
+            return False
+        self.team.settle()
+        return self._redraw()
 
     def track(self, name: str) -> Floats:
         """Return the corrected poses of a robot, (n, 4): stamp, x, y, theta, map frame."""

@@ -444,6 +444,7 @@ class Master:
         if self.ended is not None:
             return []
         self.ended, self.reason, self.ended_at = ended, reason, now
+        self.merger.settle()
         end = words.MissionEnd(ended=ended, reason=reason)
         note = Note("info", f"mission over at {now:.1f} s: {ended}, {reason}")
         return [note, *self._tell([*self._present(), *self._observers], end)]

@@ -32,7 +32,8 @@ class LoopSettings(_Settings):
         window_deg: and turn.
         gate: squared distance from what is expected, in standard deviations, beyond which a match
             is not believed (three dimensions).
-        settle_above: squared error of a closed loop above which the map is put right.
+        settle_above: the map is put right when a loop closes with a larger squared error,
+        settle_every: or after so many closed loops.
         redraw_m: the map is drawn again when a scan has moved this far,
         redraw_deg: or turned this much.
     """
@@ -51,6 +52,7 @@ class LoopSettings(_Settings):
     window_deg: Positive = 20.0
     gate: Positive = 16.0
     settle_above: Positive = 12.0
+    settle_every: Annotated[int, Field(ge=1)] = 8
     redraw_m: Positive = 0.05
     redraw_deg: Positive = 0.5
 

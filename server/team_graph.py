@@ -50,13 +50,14 @@ class Chain:
         node: its last node.
         covariance: (3, 3) of that node in the team's map, map frame.
         submap: which it is just drawing.
-        began: (3, 3) covariance with which that submap began, map frame.
+        growth: (3, 3) covariance of the way since that submap's anchor, map frame.
         compared: where each other submap was last compared with what it saw, by anchor.
     """
 
     node: int
     covariance: Floats
     submap: Submap
+    growth: Floats
     compared: dict[int, Pose2]
 
 
@@ -76,6 +77,7 @@ class TeamGraph:
         self.submaps: list[Submap] = []
         self.chains: dict[str, Chain] = {}
         self.closed = 0
+        self._unsettled = 0
         self._map_settings = map_settings
 
     # --- growing --------------------------------------------------------------------------------
@@ -85,7 +87,7 @@ class TeamGraph:
         node = self.graph.add(T_map_base)
         submap = self._new_submap(robot, node, covariance)
         submap.insert(scan)
-        self.chains[robot] = Chain(node, covariance, submap, {})
+        self.chains[robot] = Chain(node, covariance, submap, np.zeros((3, 3)), {})
         return node
 
     def tie(self, i: int, j: int, T_i_j: Pose2, covariance: Floats) -> None:
@@ -106,7 +108,11 @@ class TeamGraph:
         node = self.graph.add(T_map_base)
         information: Floats = np.linalg.inv(way.covariance)
         self.graph.connect(Edge(chain.node, node, way.T_last_base, information))
-        chain.covariance = self.foreseen(robot, T_map_base, way.covariance)
+        before = self.graph.pose(chain.node)
+        dx, dy = T_map_base.x - before.x, T_map_base.y - before.y
+        turned = turned_covariance(way.covariance, -T_map_base.theta)
+        chain.covariance = carried_covariance(chain.covariance, dx, dy) + turned
+        chain.growth = carried_covariance(chain.growth, dx, dy) + turned
         chain.node = node
         self._draw(chain, scan, T_map_base, node)
         return node
@@ -131,7 +137,7 @@ class TeamGraph:
         submap, settings = chain.submap, self.settings
         T_map_anchor = self.graph.pose(submap.anchor)
         guess = T_map_anchor.inverse() @ T_map_base
-        prior = turned_covariance(self._growth(chain, submap, T_map_base), T_map_anchor.theta)
+        prior = turned_covariance(chain.growth + 0.25 * _FLOOR, T_map_anchor.theta)
         result = submap.map.match(scan, guess, prior)
         if self._fits(result):
             self._connect(submap, node, scan, result)
@@ -145,6 +151,7 @@ class TeamGraph:
         ):
             chain.submap = self._new_submap(submap.robot, node, chain.covariance)
             chain.submap.insert(scan)
+            chain.growth = np.zeros((3, 3))
             chain.compared[submap.anchor] = T_map_base
             return
         submap.insert(scan, guess)
@@ -206,10 +213,17 @@ class TeamGraph:
             edge = self._connect(submap, node, scan, result)
             worst = max(worst, self.graph.error(edge)[1])
             self.closed += 1
+            self._unsettled += 1
         return worst
+
+    def strained(self, worst: float) -> bool:
+        """Whether the nodes are to be moved: a loop closed with an error, or many closed since."""
+        settings = self.settings
+        return worst > settings.settle_above or self._unsettled >= settings.settle_every
 
     def settle(self) -> tuple[float, float]:
         """Move all nodes to where they agree best; return the most moved [m] and turned [rad]."""
+        self._unsettled = 0
         moved = self.graph.optimise()
         nodes = [submap.anchor for submap in self.submaps]
         nodes += [chain.node for chain in self.chains.values()]
@@ -260,13 +274,6 @@ class TeamGraph:
             last.distance_to(now) >= self.settings.again_m
             or abs(wrap_angle(last.theta - now.theta)) >= 0.6
         )
-
-    def _growth(self, chain: Chain, submap: Submap, T_map_base: Pose2) -> Floats:
-        """Return the covariance (3, 3) a robot's own way added since its submap's anchor."""
-        T_map_anchor = self.graph.pose(submap.anchor)
-        dx, dy = T_map_base.x - T_map_anchor.x, T_map_base.y - T_map_anchor.y
-        growth = chain.covariance - carried_covariance(submap.covariance, dx, dy)
-        return _positive(growth) + 0.25 * _FLOOR
 
     def _apart(self, chain: Chain, submap: Submap, T_map_base: Pose2, own: Floats) -> Floats:
         """Return the covariance (3, 3) of a pose in a submap's anchor frame.
