@@ -22,6 +22,7 @@ from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan_integration import IntegrationSettings
 from mapping.scan_matching import MatchResult, match
 from mapping.scan_points import scan_points, turned_points
+from mapping.surface_map import SurfaceSettings
 from server.mutual_sightings import MutualSightings, Relation
 from server.placing import Member, Node, Placement, Report, Way, corrected_track, way_between
 from server.settings import MergerSettings
@@ -29,6 +30,8 @@ from server.team_graph import TeamGraph
 
 __all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
 
+# A submap holds few scans, so the pieces of wall that its surfels stand for are longer [cells].
+_SUBMAP_FIT = 6
 _HELD_TOGETHER = 6  # reports that are matched together to tie a robot to the map
 
 
@@ -52,7 +55,8 @@ class MapMerger:
                 integration=IntegrationSettings(fill_between=True),
             )
         )
-        self.team = TeamGraph(settings.loops, self.map.settings)
+        submap = replace(self.map.settings, surface=SurfaceSettings(fit_radius=_SUBMAP_FIT))
+        self.team = TeamGraph(settings.loops, submap)
         self.sightings = MutualSightings()
         self.members: dict[str, Member] = {}
         self.nodes: list[Node] = []

@@ -14,7 +14,7 @@ from mapping.scan import LaserScan
 from protocol.body import Drive
 
 # No robot knows its way from one report to the next better than this [m], [rad].
-_LEAST = np.diag([0.005**2, 0.005**2, 0.002**2])
+_LEAST = np.diag([0.01**2, 0.01**2, 0.005**2])
 # The wheels contradict a robot's corrected way beyond this squared error (three dimensions).
 _WHEELS_CONTRADICT = 12.0
 
