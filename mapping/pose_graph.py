@@ -115,9 +115,7 @@ class PoseGraph:
         for k, node in enumerate(nodes):
             columns[3 * node : 3 * node + 3, 3 * k : 3 * k + 3] = np.eye(3)
         solved = factor.solve(columns)
-        return np.stack(
-            [solved[3 * n : 3 * n + 3, 3 * k : 3 * k + 3] for k, n in enumerate(nodes)]
-        )
+        return np.stack([solved[3 * n : 3 * n + 3, 3 * k : 3 * k + 3] for k, n in enumerate(nodes)])
 
     def _factor(self, table: _Table) -> tuple[SuperLU, Floats]:
         """Return the factored normal matrix at the poses as they are, and the gradient (3 N,)."""

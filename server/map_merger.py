@@ -108,9 +108,7 @@ class MapMerger:
         """Place a report in the team's map; the robot's alignment follows."""
         member = self.members[name]
         if len(report.sightings_odom):
-            self.sightings.add(
-                name, report.T_odom_base, report.covariance, report.sightings_odom
-            )
+            self.sightings.add(name, report.T_odom_base, report.covariance, report.sightings_odom)
         if not member.aligned:
             return self._tie(name, member, report)
         track = np.concatenate((*member.untold, report.track_odom))
@@ -120,12 +118,7 @@ class MapMerger:
         result = self._match(member, report, guess, way)
         contradicts = self._contradicts(result)
         T_map_base = guess if contradicts else result.T_map_base
-        found = self.team.close_loops(
-            name,
-            report.scan,
-            T_map_base,
-            self.team.foreseen(name, T_map_base, way.covariance),
-        )
+        found = self.team.close_loops(name, report.scan, T_map_base, way)
         if contradicts and not found:
             member.unmatched += 1
             member.untold.append(report.track_odom)
@@ -133,7 +126,7 @@ class MapMerger:
         if not contradicts:
             member.covariance = result.covariance
         node = self.team.extend(name, report.scan, T_map_base, way)
-        worst = self.team.connect_loops(node, report.scan, found)
+        worst = self.team.connect_loops(node, found)
         redrawn = False
         if contradicts or self.team.strained(worst):
             self.team.settle()

@@ -25,14 +25,21 @@ class Submap:
         anchor: the pose graph's node of its first scan.
         map: the scans laid together.
         covariance: (3, 3) of the anchor in the team's map, map frame.
+        driven: (3, 3) that the robot's whole way to it alone would have given, map frame.
     """
 
     def __init__(
-        self, robot: str, anchor: int, covariance: Floats, settings: MapSettings
+        self,
+        robot: str,
+        anchor: int,
+        covariance: Floats,
+        driven: Floats,
+        settings: MapSettings,
     ) -> None:
         self.robot = robot
         self.anchor = anchor
         self.covariance = covariance
+        self.driven = driven
         self.map = MatchMap(settings)
         self._walls: cKDTree | None = None
         self._tree_scans = -1

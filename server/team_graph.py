@@ -28,7 +28,7 @@ from mapping.pose_graph import (
 )
 from mapping.scan import LaserScan
 from mapping.scan_matching import MatchResult
-from mapping.wall_information import wall_information
+from mapping.wall_information import firm_part, wall_information
 from server.placing import Way
 from server.settings import LoopSettings
 from server.submaps import Submap
@@ -36,10 +36,18 @@ from server.submaps import Submap
 # No pose is ever known better than this against another robot's, or against long ago [m], [rad].
 _FLOOR = np.diag([0.02**2, 0.02**2, math.radians(0.3) ** 2])
 
-# Share of a match's strongest information that may be an echo of noise, and the distance at which
-# a turn counts like a shift [m].
-_UNSEEN_SHARE = 0.02
-_LEVER = 3.0
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """Where a scan lies in a submap.
+
+    Attributes:
+        T_anchor_base: its pose in the anchor's frame.
+        information: (3, 3) of it, anchor frame; nothing in directions that no wall holds.
+    """
+
+    T_anchor_base: Pose2
+    information: Floats
 
 
 @dataclass(slots=True)
@@ -50,14 +58,16 @@ class Chain:
         node: its last node.
         covariance: (3, 3) of that node in the team's map, map frame.
         submap: which it is just drawing.
-        growth: (3, 3) covariance of the way since that submap's anchor, map frame.
+        driven: (3, 3) covariance that the whole way alone would have given, map frame.
+        first: the first node of its way.
         compared: where each other submap was last compared with what it saw, by anchor.
     """
 
     node: int
     covariance: Floats
     submap: Submap
-    growth: Floats
+    driven: Floats
+    first: int
     compared: dict[int, Pose2]
 
 
@@ -85,9 +95,9 @@ class TeamGraph:
     def begin(self, robot: str, scan: LaserScan, T_map_base: Pose2, covariance: Floats) -> int:
         """Add the first node of a robot's way, known to `covariance` (3, 3), map frame."""
         node = self.graph.add(T_map_base)
-        submap = self._new_submap(robot, node, covariance)
+        submap = self._new_submap(robot, node, covariance, np.zeros((3, 3)))
         submap.insert(scan)
-        self.chains[robot] = Chain(node, covariance, submap, np.zeros((3, 3)), {})
+        self.chains[robot] = Chain(node, covariance, submap, submap.driven, node, {})
         return node
 
     def tie(self, i: int, j: int, T_i_j: Pose2, covariance: Floats) -> None:
@@ -108,40 +118,33 @@ class TeamGraph:
         node = self.graph.add(T_map_base)
         information: Floats = np.linalg.inv(way.covariance)
         self.graph.connect(Edge(chain.node, node, way.T_last_base, information))
-        before = self.graph.pose(chain.node)
-        dx, dy = T_map_base.x - before.x, T_map_base.y - before.y
-        turned = turned_covariance(way.covariance, -T_map_base.theta)
-        chain.covariance = carried_covariance(chain.covariance, dx, dy) + turned
-        chain.growth = carried_covariance(chain.growth, dx, dy) + turned
+        chain.covariance, chain.driven = self._carried(chain, T_map_base, way)
         chain.node = node
         self._draw(chain, scan, T_map_base, node)
         return node
 
-    def foreseen(self, robot: str, T_map_base: Pose2, covariance: Floats) -> Floats:
-        """Return the covariance (3, 3) of a pose reached from the robot's last node, map frame.
-
-        Args:
-            robot: its name.
-            T_map_base: the pose.
-            covariance: (3, 3) of the way from the last node, in the pose's frame.
-        """
-        chain = self.chains[robot]
+    def _carried(self, chain: Chain, T_map_base: Pose2, way: Way) -> tuple[Floats, Floats]:
+        """Return both covariances (3, 3) of a robot after its way to a new pose, map frame."""
         before = self.graph.pose(chain.node)
-        carried = carried_covariance(
-            chain.covariance, T_map_base.x - before.x, T_map_base.y - before.y
+        dx, dy = T_map_base.x - before.x, T_map_base.y - before.y
+        turned = turned_covariance(way.covariance, -T_map_base.theta)
+        return (
+            carried_covariance(chain.covariance, dx, dy) + turned,
+            carried_covariance(chain.driven, dx, dy) + turned,
         )
-        return carried + turned_covariance(covariance, -T_map_base.theta)
 
     def _draw(self, chain: Chain, scan: LaserScan, T_map_base: Pose2, node: int) -> None:
         """Compare a scan with the submap being drawn, and add it; begin a new one where due."""
         submap, settings = chain.submap, self.settings
         T_map_anchor = self.graph.pose(submap.anchor)
         guess = T_map_anchor.inverse() @ T_map_base
-        prior = turned_covariance(chain.growth + 0.25 * _FLOOR, T_map_anchor.theta)
+        growth = self._driven_since(submap, chain.driven, T_map_base)
+        prior = turned_covariance(growth + 0.25 * _FLOOR, T_map_anchor.theta)
         result = submap.map.match(scan, guess, prior)
         if self._fits(result):
-            self._connect(submap, node, scan, result)
-            guess = result.T_map_base
+            match = self._firm(submap, scan, guess, prior, result)
+            self._connect(submap, node, match)
+            guess = match.T_anchor_base
         sigma = math.sqrt(np.linalg.eigvalsh(prior[:2, :2])[-1])
         if (
             math.hypot(guess.x, guess.y) > settings.submap_m
@@ -149,36 +152,36 @@ class TeamGraph:
             or sigma > settings.submap_sigma_m
             or prior[2, 2] > math.radians(settings.submap_sigma_deg) ** 2
         ):
-            chain.submap = self._new_submap(submap.robot, node, chain.covariance)
+            chain.submap = self._new_submap(submap.robot, node, chain.covariance, chain.driven)
             chain.submap.insert(scan)
-            chain.growth = np.zeros((3, 3))
             chain.compared[submap.anchor] = T_map_base
             return
         submap.insert(scan, guess)
 
-    def _new_submap(self, robot: str, node: int, covariance: Floats) -> Submap:
-        submap = Submap(robot, node, covariance, self._map_settings)
+    def _new_submap(self, robot: str, node: int, covariance: Floats, driven: Floats) -> Submap:
+        submap = Submap(robot, node, covariance, driven, self._map_settings)
         self.submaps.append(submap)
         return submap
 
     # --- closing loops --------------------------------------------------------------------------
 
     def close_loops(
-        self, robot: str, scan: LaserScan, T_map_base: Pose2, own: Floats
-    ) -> list[tuple[Submap, MatchResult]]:
+        self, robot: str, scan: LaserScan, T_map_base: Pose2, way: Way
+    ) -> list[tuple[Submap, Match]]:
         """Compare a scan with the submaps around it that its robot is not just drawing.
 
         Args:
             robot: who took it.
             scan: the scan.
             T_map_base: where it was taken, as foreseen.
-            own: (3, 3) covariance of that, map frame.
+            way: how its robot got there from its last node, by its own word.
 
         Returns:
             For each submap that it fits: the submap, and the match in its anchor's frame.
         """
         chain, settings = self.chains[robot], self.settings
         points_base = scan.points_base()
+        own, driven = self._carried(chain, T_map_base, way)
         around = []
         for submap in self.submaps:
             if submap is chain.submap:
@@ -189,7 +192,7 @@ class TeamGraph:
             last = chain.compared.get(submap.anchor)
             if last is not None and not self._moved(last, T_map_base):
                 continue
-            prior = self._apart(chain, submap, T_map_base, own)
+            prior = self._apart(chain, submap, T_map_base, own, driven)
             guess = T_map_anchor.inverse() @ T_map_base
             window = self._window(prior)
             seen = submap.near_walls(guess.apply(points_base), window.reach + 0.15)
@@ -199,18 +202,16 @@ class TeamGraph:
         found = []
         for _, submap, guess, prior, window in around[: settings.compared]:
             chain.compared[submap.anchor] = T_map_base
-            result = self._compare(submap, scan, guess, prior, window)
-            if result is not None:
-                found.append((submap, result))
+            match = self._compare(submap, scan, guess, prior, window)
+            if match is not None:
+                found.append((submap, match))
         return found
 
-    def connect_loops(
-        self, node: int, scan: LaserScan, found: Sequence[tuple[Submap, MatchResult]]
-    ) -> float:
+    def connect_loops(self, node: int, found: Sequence[tuple[Submap, Match]]) -> float:
         """Connect a new node with the submaps its scan fits; return the worst squared error."""
         worst = 0.0
-        for submap, result in found:
-            edge = self._connect(submap, node, scan, result)
+        for submap, match in found:
+            edge = self._connect(submap, node, match)
             worst = max(worst, self.graph.error(edge)[1])
             self.closed += 1
             self._unsettled += 1
@@ -239,28 +240,39 @@ class TeamGraph:
 
     def _compare(
         self, submap: Submap, scan: LaserScan, guess: Pose2, prior: Floats, window: SearchWindow
-    ) -> MatchResult | None:
+    ) -> Match | None:
         """Match a scan with a submap, at the guess first, and then in the window around it."""
         result = submap.map.match(scan, guess, prior)
-        if self._fits(result) and result.fit >= self.settings.fit_at_once:
-            return result
-        if window.reach < self.settings.search_from_m and window.turn < math.radians(2.0):
+        if not self._fits(result) or result.fit < self.settings.fit_at_once:
+            if window.reach < self.settings.search_from_m and window.turn < math.radians(2.0):
+                return None
+            result = submap.map.match(scan, guess, prior, window)
+            if not self._fits(result):
+                return None
+        match = self._firm(submap, scan, guess, prior, result)
+        offset = _difference(match.T_anchor_base, guess)
+        if float(offset @ np.linalg.solve(prior + _FLOOR, offset)) > self.settings.gate:
             return None
-        result = submap.map.match(scan, guess, prior, window)
-        if not self._fits(result):
-            return None
-        offset = (guess.inverse() @ result.T_map_base).as_array()
-        allowed = turned_covariance(prior + _FLOOR, guess.theta)
-        if float(offset @ np.linalg.solve(allowed, offset)) > self.settings.gate:
-            return None
-        return result
+        return match
 
-    def _connect(self, submap: Submap, node: int, scan: LaserScan, result: MatchResult) -> Edge:
+    def _firm(
+        self, submap: Submap, scan: LaserScan, guess: Pose2, prior: Floats, result: MatchResult
+    ) -> Match:
+        """Return of a match what straight walls hold; in all else the guess stands."""
+        information = firm_part(wall_information(submap.map, scan, result.T_map_base))
+        pull = information @ _difference(result.T_map_base, guess)
+        step = np.linalg.solve(np.linalg.inv(prior) + information, pull)
+        T_anchor_base = Pose2(
+            guess.x + float(step[0]), guess.y + float(step[1]), guess.theta + float(step[2])
+        )
+        return Match(T_anchor_base, information)
+
+    def _connect(self, submap: Submap, node: int, match: Match) -> Edge:
         """Connect a node with a submap that its scan fits."""
-        information = _firm(wall_information(submap.map, scan, result.T_map_base))
-        information = turned_covariance(information, result.T_map_base.theta)
+        T_anchor_base = match.T_anchor_base
+        information = turned_covariance(match.information, T_anchor_base.theta)
         information = blurred_information(information, _FLOOR)
-        edge = Edge(submap.anchor, node, result.T_map_base, information, robust=True)
+        edge = Edge(submap.anchor, node, T_anchor_base, information, robust=True)
         self.graph.connect(edge)
         return edge
 
@@ -275,19 +287,28 @@ class TeamGraph:
             or abs(wrap_angle(last.theta - now.theta)) >= 0.6
         )
 
-    def _apart(self, chain: Chain, submap: Submap, T_map_base: Pose2, own: Floats) -> Floats:
+    def _apart(
+        self, chain: Chain, submap: Submap, T_map_base: Pose2, own: Floats, driven: Floats
+    ) -> Floats:
         """Return the covariance (3, 3) of a pose in a submap's anchor frame.
 
         What both have in common is not known here, so it is counted twice: too wide a window
-        costs time, too narrow a one loops.
+        costs time, too narrow a one loops. Of a robot's own submaps the way since then is known.
         """
         T_map_anchor = self.graph.pose(submap.anchor)
         dx, dy = T_map_base.x - T_map_anchor.x, T_map_base.y - T_map_anchor.y
-        carried = carried_covariance(submap.covariance, dx, dy)
-        apart = own + carried
-        if submap.robot == chain.submap.robot:
-            apart = _positive(own - carried)
+        apart = own + carried_covariance(submap.covariance, dx, dy)
+        if submap.robot == chain.submap.robot and submap.anchor >= chain.first:
+            since = self._driven_since(submap, driven, T_map_base)
+            if np.trace(since) < np.trace(apart):
+                apart = since
         return turned_covariance(apart + _FLOOR, T_map_anchor.theta)
+
+    def _driven_since(self, submap: Submap, driven: Floats, T_map_base: Pose2) -> Floats:
+        """Return the covariance (3, 3) that a robot's way since a submap's anchor gave it."""
+        T_map_anchor = self.graph.pose(submap.anchor)
+        dx, dy = T_map_base.x - T_map_anchor.x, T_map_base.y - T_map_anchor.y
+        return _positive(driven - carried_covariance(submap.driven, dx, dy))
 
     def _window(self, prior: Floats) -> SearchWindow:
         """Return the window in which a scan is looked for in a submap."""
@@ -299,17 +320,9 @@ class TeamGraph:
         )
 
 
-def _firm(information: Floats) -> Floats:
-    """Return the information (3, 3) of a match, lowered in all directions by a share of the best.
-
-    Along a bare wall a match seems to hold a little, by the noise of the wall alone; see
-    `newton_ascent`, here for the many scans that a submap's wall is compared with.
-    """
-    scale = np.array([1.0, 1.0, _LEVER])
-    strengths, directions = np.linalg.eigh(information / np.outer(scale, scale))
-    kept = np.maximum(strengths - _UNSEEN_SHARE * strengths[2], 0.0)
-    firm: Floats = (directions * kept) @ directions.T * np.outer(scale, scale)
-    return firm
+def _difference(one: Pose2, other: Pose2) -> Floats:
+    """Return (x, y, theta) of one pose less another, (3,), in the frame of both."""
+    return np.array([one.x - other.x, one.y - other.y, wrap_angle(one.theta - other.theta)])
 
 
 def _positive(covariance: Floats) -> Floats:
