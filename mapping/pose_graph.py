@@ -210,7 +210,7 @@ def carried_covariance(covariance: Floats, dx: float, dy: float) -> Floats:
 
 
 def blurred_information(information: Floats, covariance: Floats) -> Floats:
-    """Return the information (3, 3), maybe singular, left when an error of `covariance` is added."""
+    """Return the information (3, 3), maybe singular, when an error of `covariance` is added."""
     blurred = np.linalg.solve(np.eye(3) + information @ covariance, information)
     symmetric: Floats = 0.5 * (blurred + blurred.T)
     return symmetric

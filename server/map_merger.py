@@ -23,6 +23,7 @@ from mapping.scan_integration import IntegrationSettings
 from mapping.scan_matching import MatchResult, match
 from mapping.scan_points import scan_points, turned_points
 from mapping.surface_map import SurfaceSettings
+from server.comparing import firm_match
 from server.mutual_sightings import MutualSightings, Relation
 from server.placing import Member, Node, Placement, Report, Way, corrected_track, way_between
 from server.settings import MergerSettings
@@ -115,9 +116,12 @@ class MapMerger:
         assert member.last is not None
         way = way_between(member.last, report, track, member.motion)
         guess = member.T_map_odom @ member.last.T_odom_base @ way.T_last_base
-        result = self._match(member, report, guess, way)
+        prior = self._prior(member, guess, way)
+        result = self._match(report, guess, prior)
         contradicts = self._contradicts(result)
-        T_map_base = guess if contradicts else result.T_map_base
+        T_map_base = guess
+        if not contradicts:
+            T_map_base = firm_match(self.map, report.scan, guess, prior, result).T_map_base
         found = self.team.close_loops(name, report.scan, T_map_base, way)
         if contradicts and not found:
             member.unmatched += 1
@@ -137,9 +141,8 @@ class MapMerger:
         self._insert(name, member, report, T_map_base @ report.T_odom_base.inverse())
         return Placement(True, moved, redrawn)
 
-    def _match(self, member: Member, report: Report, guess: Pose2, way: Way) -> MatchResult:
-        """Match a report with the team's map."""
-        prior = self._prior(member, guess, way)
+    def _match(self, report: Report, guess: Pose2, prior: Floats) -> MatchResult:
+        """Match a report with the team's map, in a wide window if it contradicts the map."""
         result = self.map.match(report.scan, guess, prior, self._window(prior))
         if self._contradicts(result):
             wide = self.settings.wide_scale * prior + np.diag([0.04, 0.04, 0.01])

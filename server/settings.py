@@ -42,7 +42,7 @@ class LoopSettings(_Settings):
     submap_scans: Annotated[int, Field(ge=2)] = 30
     submap_sigma_m: Positive = 0.06
     submap_sigma_deg: Positive = 1.0
-    points: Annotated[int, Field(ge=3)] = 25
+    points: Annotated[int, Field(ge=3)] = 12
     fit_least: float = 0.6
     fit_at_once: float = 0.8
     compared: Annotated[int, Field(ge=0)] = 2
@@ -65,8 +65,8 @@ class MergerSettings(_Settings):
 
     A robot is tied to the team's map when all its reports so far, together, match it with at least
     `align_points` end points at walls, a share of `align_fit`, and an uncertainty of no more than
-    `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails. So many
-    reports as `sight_wait` it waits for robots to have seen each other, which tells more.
+    `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails. It
+    waits as many reports as `sight_wait` for robots to have seen each other, which tells more.
     """
 
     resolution_m: Annotated[float, Field(gt=0.005, le=1.0)] = 0.05

@@ -16,8 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mapping.correlative_search import SearchWindow
-from mapping.geometry import Floats, Pose2, wrap_angle
+from mapping.geometry import IDENTITY, Floats, Pose2, wrap_angle
 from mapping.match_map import MapSettings
 from mapping.pose_graph import (
     Edge,
@@ -27,27 +26,13 @@ from mapping.pose_graph import (
     turned_covariance,
 )
 from mapping.scan import LaserScan
-from mapping.scan_matching import MatchResult
-from mapping.wall_information import firm_part, wall_information
+from server.comparing import FLOOR, Match, compare, firm_match, fits, window_of
 from server.placing import Way
 from server.settings import LoopSettings
 from server.submaps import Submap
 
-# No pose is ever known better than this against another robot's, or against long ago [m], [rad].
-_FLOOR = np.diag([0.02**2, 0.02**2, math.radians(0.3) ** 2])
-
-
-@dataclass(frozen=True, slots=True)
-class Match:
-    """Where a scan lies in a submap.
-
-    Attributes:
-        T_anchor_base: its pose in the anchor's frame.
-        information: (3, 3) of it, anchor frame; nothing in directions that no wall holds.
-    """
-
-    T_anchor_base: Pose2
-    information: Floats
+# A robot is tied when little was seen of anything; loops tell better soon [m], [rad].
+_TIE = np.diag([0.05**2, 0.05**2, math.radians(1.0) ** 2])
 
 
 @dataclass(slots=True)
@@ -58,6 +43,7 @@ class Chain:
         node: its last node.
         covariance: (3, 3) of that node in the team's map, map frame.
         submap: which it is just drawing.
+        T_anchor_base: where its last scan lies in that.
         driven: (3, 3) covariance that the whole way alone would have given, map frame.
         first: the first node of its way.
         compared: where each other submap was last compared with what it saw, by anchor.
@@ -66,6 +52,7 @@ class Chain:
     node: int
     covariance: Floats
     submap: Submap
+    T_anchor_base: Pose2
     driven: Floats
     first: int
     compared: dict[int, Pose2]
@@ -97,12 +84,12 @@ class TeamGraph:
         node = self.graph.add(T_map_base)
         submap = self._new_submap(robot, node, covariance, np.zeros((3, 3)))
         submap.insert(scan)
-        self.chains[robot] = Chain(node, covariance, submap, submap.driven, node, {})
+        self.chains[robot] = Chain(node, covariance, submap, IDENTITY, submap.driven, node, {})
         return node
 
     def tie(self, i: int, j: int, T_i_j: Pose2, covariance: Floats) -> None:
         """Connect two nodes whose relative pose is known to `covariance` (3, 3), frame of j."""
-        information: Floats = np.linalg.inv(covariance + _FLOOR)
+        information: Floats = np.linalg.inv(covariance + _TIE).astype(np.float64)
         self.graph.connect(Edge(i, j, T_i_j, information, robust=True))
 
     def extend(self, robot: str, scan: LaserScan, T_map_base: Pose2, way: Way) -> int:
@@ -116,11 +103,11 @@ class TeamGraph:
         """
         chain = self.chains[robot]
         node = self.graph.add(T_map_base)
-        information: Floats = np.linalg.inv(way.covariance)
+        information: Floats = np.linalg.inv(way.covariance).astype(np.float64)
         self.graph.connect(Edge(chain.node, node, way.T_last_base, information))
         chain.covariance, chain.driven = self._carried(chain, T_map_base, way)
         chain.node = node
-        self._draw(chain, scan, T_map_base, node)
+        self._draw(chain, scan, T_map_base, way)
         return node
 
     def _carried(self, chain: Chain, T_map_base: Pose2, way: Way) -> tuple[Floats, Floats]:
@@ -133,18 +120,18 @@ class TeamGraph:
             carried_covariance(chain.driven, dx, dy) + turned,
         )
 
-    def _draw(self, chain: Chain, scan: LaserScan, T_map_base: Pose2, node: int) -> None:
+    def _draw(self, chain: Chain, scan: LaserScan, T_map_base: Pose2, way: Way) -> None:
         """Compare a scan with the submap being drawn, and add it; begin a new one where due."""
         submap, settings = chain.submap, self.settings
         T_map_anchor = self.graph.pose(submap.anchor)
-        guess = T_map_anchor.inverse() @ T_map_base
+        guess = chain.T_anchor_base @ way.T_last_base
         growth = self._driven_since(submap, chain.driven, T_map_base)
-        prior = turned_covariance(growth + 0.25 * _FLOOR, T_map_anchor.theta)
+        prior = turned_covariance(growth + 0.25 * FLOOR, T_map_anchor.theta)
         result = submap.map.match(scan, guess, prior)
-        if self._fits(result):
-            match = self._firm(submap, scan, guess, prior, result)
-            self._connect(submap, node, match)
-            guess = match.T_anchor_base
+        if fits(result, settings):
+            match = firm_match(submap.map, scan, guess, prior, result)
+            self._connect(submap, chain.node, match)
+            guess = match.T_map_base
         sigma = math.sqrt(np.linalg.eigvalsh(prior[:2, :2])[-1])
         if (
             math.hypot(guess.x, guess.y) > settings.submap_m
@@ -152,11 +139,15 @@ class TeamGraph:
             or sigma > settings.submap_sigma_m
             or prior[2, 2] > math.radians(settings.submap_sigma_deg) ** 2
         ):
-            chain.submap = self._new_submap(submap.robot, node, chain.covariance, chain.driven)
+            chain.submap = self._new_submap(
+                submap.robot, chain.node, chain.covariance, chain.driven
+            )
             chain.submap.insert(scan)
+            chain.T_anchor_base = IDENTITY
             chain.compared[submap.anchor] = T_map_base
             return
         submap.insert(scan, guess)
+        chain.T_anchor_base = guess
 
     def _new_submap(self, robot: str, node: int, covariance: Floats, driven: Floats) -> Submap:
         submap = Submap(robot, node, covariance, driven, self._map_settings)
@@ -194,15 +185,15 @@ class TeamGraph:
                 continue
             prior = self._apart(chain, submap, T_map_base, own, driven)
             guess = T_map_anchor.inverse() @ T_map_base
-            window = self._window(prior)
-            seen = submap.near_walls(guess.apply(points_base), window.reach + 0.15)
+            reach = window_of(prior, settings).reach + 0.15
+            seen = submap.near_walls(guess.apply(points_base), reach)
             if seen >= settings.points:
-                around.append((seen, submap, guess, prior, window))
+                around.append((seen, submap, guess, prior))
         around.sort(key=lambda row: (-row[0], row[1].anchor))
         found = []
-        for _, submap, guess, prior, window in around[: settings.compared]:
+        for _, submap, guess, prior in around[: settings.compared]:
             chain.compared[submap.anchor] = T_map_base
-            match = self._compare(submap, scan, guess, prior, window)
+            match = compare(submap.map, scan, guess, prior, settings)
             if match is not None:
                 found.append((submap, match))
         return found
@@ -238,47 +229,14 @@ class TeamGraph:
             chain.compared = {}
         return moved
 
-    def _compare(
-        self, submap: Submap, scan: LaserScan, guess: Pose2, prior: Floats, window: SearchWindow
-    ) -> Match | None:
-        """Match a scan with a submap, at the guess first, and then in the window around it."""
-        result = submap.map.match(scan, guess, prior)
-        if not self._fits(result) or result.fit < self.settings.fit_at_once:
-            if window.reach < self.settings.search_from_m and window.turn < math.radians(2.0):
-                return None
-            result = submap.map.match(scan, guess, prior, window)
-            if not self._fits(result):
-                return None
-        match = self._firm(submap, scan, guess, prior, result)
-        offset = _difference(match.T_anchor_base, guess)
-        if float(offset @ np.linalg.solve(prior + _FLOOR, offset)) > self.settings.gate:
-            return None
-        return match
-
-    def _firm(
-        self, submap: Submap, scan: LaserScan, guess: Pose2, prior: Floats, result: MatchResult
-    ) -> Match:
-        """Return of a match what straight walls hold; in all else the guess stands."""
-        information = firm_part(wall_information(submap.map, scan, result.T_map_base))
-        pull = information @ _difference(result.T_map_base, guess)
-        step = np.linalg.solve(np.linalg.inv(prior) + information, pull)
-        T_anchor_base = Pose2(
-            guess.x + float(step[0]), guess.y + float(step[1]), guess.theta + float(step[2])
-        )
-        return Match(T_anchor_base, information)
-
     def _connect(self, submap: Submap, node: int, match: Match) -> Edge:
         """Connect a node with a submap that its scan fits."""
-        T_anchor_base = match.T_anchor_base
+        T_anchor_base = match.T_map_base
         information = turned_covariance(match.information, T_anchor_base.theta)
-        information = blurred_information(information, _FLOOR)
+        information = blurred_information(information, FLOOR)
         edge = Edge(submap.anchor, node, T_anchor_base, information, robust=True)
         self.graph.connect(edge)
         return edge
-
-    def _fits(self, result: MatchResult) -> bool:
-        """Whether a match is worth an edge."""
-        return result.explained >= self.settings.points and result.fit >= self.settings.fit_least
 
     def _moved(self, last: Pose2, now: Pose2) -> bool:
         """Whether a robot sees enough that is new for another comparison."""
@@ -302,27 +260,13 @@ class TeamGraph:
             since = self._driven_since(submap, driven, T_map_base)
             if np.trace(since) < np.trace(apart):
                 apart = since
-        return turned_covariance(apart + _FLOOR, T_map_anchor.theta)
+        return turned_covariance(apart + FLOOR, T_map_anchor.theta)
 
     def _driven_since(self, submap: Submap, driven: Floats, T_map_base: Pose2) -> Floats:
         """Return the covariance (3, 3) that a robot's way since a submap's anchor gave it."""
         T_map_anchor = self.graph.pose(submap.anchor)
         dx, dy = T_map_base.x - T_map_anchor.x, T_map_base.y - T_map_anchor.y
         return _positive(driven - carried_covariance(submap.driven, dx, dy))
-
-    def _window(self, prior: Floats) -> SearchWindow:
-        """Return the window in which a scan is looked for in a submap."""
-        sigma = math.sqrt(np.linalg.eigvalsh(prior[:2, :2])[-1])
-        settings = self.settings
-        return SearchWindow(
-            min(3.0 * sigma, settings.window_m),
-            min(3.0 * math.sqrt(prior[2, 2]), math.radians(settings.window_deg)),
-        )
-
-
-def _difference(one: Pose2, other: Pose2) -> Floats:
-    """Return (x, y, theta) of one pose less another, (3,), in the frame of both."""
-    return np.array([one.x - other.x, one.y - other.y, wrap_angle(one.theta - other.theta)])
 
 
 def _positive(covariance: Floats) -> Floats:
