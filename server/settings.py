@@ -45,8 +45,8 @@ class LoopSettings(_Settings):
     points: Annotated[int, Field(ge=3)] = 12
     fit_least: float = 0.6
     fit_at_once: float = 0.8
-    compared: Annotated[int, Field(ge=0)] = 2
-    again_m: Positive = 0.5
+    compared: Annotated[int, Field(ge=0)] = 4
+    again_m: Positive = 0.3
     search_from_m: Positive = 0.1
     window_m: Positive = 2.0
     window_deg: Positive = 20.0
