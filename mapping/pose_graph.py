@@ -86,7 +86,7 @@ class PoseGraph:
         error = off.as_array()
         return error, float(error @ edge.information @ error)
 
-    def optimise(self, iterations: int = 15, tolerance: float = 1e-4) -> tuple[float, float]:
+    def optimise(self, iterations: int = 8, tolerance: float = 1e-3) -> tuple[float, float]:
         """Move all nodes but the first to the graph's optimum (Gauss-Newton).
 
         Returns:

@@ -161,9 +161,9 @@ class MapMerger:
             self._begin(name, member, [report], member.T_map_odom, member.covariance)
             return Placement(True, 0.0)
         member.held.append(report)
-        relation = self._relation(name, member)
-        if relation is None and len(member.held) <= self.settings.sight_wait:
+        if len(member.held) <= self.settings.sight_wait:
             return Placement(False, 0.0)
+        relation = self._relation(name)
         if relation is not None:
             member.T_map_odom, member.covariance = relation.T_a_b, relation.covariance
         result = self._match_held(member, report, relation is not None)
@@ -208,16 +208,17 @@ class MapMerger:
             window,
         )
 
-    def _relation(self, name: str, member: Member) -> Relation | None:
+    def _relation(self, name: str) -> Relation | None:
         """Return where a robot's local map lies in the team's by what robots saw of each other."""
+        told = {other: member.T_map_odom for other, member in self.members.items()}
+        sigma = max(member.told[0] for member in self.members.values())
+        turn_sigma = max(member.told[1] for member in self.members.values())
+        # One frame was turned by its own error; so the offset's error may be longer than two.
+        relations = self.sightings.relations(told, 3.0 * sigma, 2.0 * turn_sigma)
         best = None
         for other, known in self.members.items():
-            if other == name or not known.aligned:
-                continue
-            told = known.T_map_odom.inverse() @ member.T_map_odom
-            sigma, turn_sigma = (a + b for a, b in zip(known.told, member.told, strict=True))
-            relation = self.sightings.relation(other, name, told, 1.5 * sigma, turn_sigma)
-            if relation is None:
+            relation = relations.get((other, name))
+            if relation is None or not known.aligned:
                 continue
             T_map_odom = known.T_map_odom @ relation.T_a_b
             covariance = turned_covariance(relation.covariance, -known.T_map_odom.theta)

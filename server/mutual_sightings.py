@@ -5,12 +5,15 @@ turns once on the spot and tells where it saw discs of a teammate's size. Where 
 A, the two places fix how their local maps lie to each other: B stands where A sees it, and the
 directions in which they see each other differ by half a turn. Who is who follows from what they
 were told: their distance must be the same from both sides, and their headings as told, within the
-errors; with the wrong teammate they come out wrong by a large angle. A pair that can be
-explained in two ways is left to what the walls tell.
+errors; with the wrong teammate they come out wrong by a large angle. Of three in a row the outer
+two both see the one between them, and could take it for each other: so each sighting counts once,
+and the team as a whole is explained by as many pairs as can be. A pair that can be explained in
+two ways is left to what the walls tell.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -99,40 +102,91 @@ class MutualSightings:
                     continue
             lookout.sums = np.concatenate((lookout.sums, row))
 
-    def relation(
-        self, a: str, b: str, T_a_b_told: Pose2, sigma: float, turn_sigma: float
-    ) -> Relation | None:
-        """Return how the local map of `b` lies in that of `a` if they saw each other, else None.
+    def relations(
+        self, told: Mapping[str, Pose2], sigma: float, turn_sigma: float
+    ) -> dict[tuple[str, str], Relation]:
+        """Return how local maps lie to each other, for each pair that surely saw each other.
 
         Args:
-            a: one robot.
-            b: another.
-            T_a_b_told: what they were told.
-            sigma: the largest error of that in x and in y [m].
+            told: where each robot's local map lies as far as it was told, `T_map_odom` by name.
+            sigma: the largest error between two of them in x and in y [m].
             turn_sigma: and in heading [rad].
+
+        Returns:
+            By the names (a, b) of a pair, in both orders.
         """
-        one, other = self._lookouts.get(a), self._lookouts.get(b)
-        if one is None or other is None:
-            return None
-        fits = []
-        for seen_b in one.discs:
-            for seen_a in other.discs:
+        names = sorted(name for name in self._lookouts if name in told)
+        pairs: list[_Pair] = []
+        for k, a in enumerate(names):
+            for b in names[k + 1 :]:
+                T_a_b_told = told[a].inverse() @ told[b]
+                pairs += self._pairs(a, b, T_a_b_told, sigma, turn_sigma)
+        best = _largest(pairs, frozenset())
+        sure = [pair for pair in pairs if all(pair in choice for choice in best)]
+        found = {}
+        for pair in sure:
+            one, other = self._lookouts[pair.a], self._lookouts[pair.b]
+            turn = 2.0 * (_SIGMA / pair.apart) ** 2 + one.turn_variance + other.turn_variance
+            for near, key, T in (
+                (one, (pair.a, pair.b), pair.T_a_b),
+                (other, (pair.b, pair.a), pair.T_a_b.inverse()),
+            ):
+                place = _SIGMA**2 + pair.apart**2 * near.turn_variance
+                found[key] = Relation(T, np.diag([place, place, turn]))
+        return found
+
+    def _pairs(
+        self, a: str, b: str, T_a_b_told: Pose2, sigma: float, turn_sigma: float
+    ) -> list[_Pair]:
+        """Return all ways in which two robots may have seen each other."""
+        one, other = self._lookouts[a], self._lookouts[b]
+        pairs = []
+        for i, seen_b in enumerate(one.discs):
+            for j, seen_a in enumerate(other.discs):
                 places_a = np.stack((one.place_odom, seen_b))
                 places_b = np.stack((seen_a, other.place_odom))
-                apart_a = float(np.hypot(*(places_a[1] - places_a[0])))
-                apart_b = float(np.hypot(*(places_b[1] - places_b[0])))
-                if abs(apart_a - apart_b) > 0.5 * _SAME or min(apart_a, apart_b) < _SAME:
+                apart = float(np.hypot(*(places_a[1] - places_a[0])))
+                if abs(apart - float(np.hypot(*(places_b[1] - places_b[0])))) > 0.5 * _SAME:
                     continue
                 T_a_b = fit_rigid(places_a, places_b)
-                if abs(wrap_angle(T_a_b.theta - T_a_b_told.theta)) > turn_sigma + 0.05:
-                    continue
-                reach = sigma + apart_a * turn_sigma + 0.1
-                if max(abs(T_a_b.x - T_a_b_told.x), abs(T_a_b.y - T_a_b_told.y)) > reach:
-                    continue
-                fits.append((T_a_b, apart_a))
-        if len(fits) != 1:
-            return None
-        T_a_b, apart = fits[0]
-        place = _SIGMA**2 + apart**2 * one.turn_variance
-        turn = 2.0 * (_SIGMA / apart) ** 2 + one.turn_variance + other.turn_variance
-        return Relation(T_a_b, np.diag([place, place, turn]))
+                reach = sigma + apart * turn_sigma + 0.1
+                if (
+                    apart > _SAME
+                    and abs(wrap_angle(T_a_b.theta - T_a_b_told.theta)) <= turn_sigma + 0.05
+                    and abs(T_a_b.x - T_a_b_told.x) <= reach
+                    and abs(T_a_b.y - T_a_b_told.y) <= reach
+                ):
+                    pairs.append(_Pair(a, i, b, j, T_a_b, apart))
+        return pairs
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """Two robots that may have seen each other: a's disc i is b, and b's disc j is a."""
+
+    a: str
+    i: int
+    b: str
+    j: int
+    T_a_b: Pose2
+    apart: float
+
+    def excludes(self, other: _Pair) -> bool:
+        """Whether both cannot be true: they share a sighting, or the robots."""
+        mine, theirs = (
+            {(self.a, self.i), (self.b, self.j)},
+            {(other.a, other.i), (other.b, other.j)},
+        )
+        return bool(mine & theirs) or (self.a, self.b) == (other.a, other.b)
+
+
+def _largest(pairs: Sequence[_Pair], chosen: frozenset[_Pair]) -> list[frozenset[_Pair]]:
+    """Return all largest sets of pairs that can be true together, `chosen` among them."""
+    if not pairs:
+        return [chosen]
+    first, rest = pairs[0], pairs[1:]
+    found = _largest([p for p in rest if not p.excludes(first)], chosen | {first})
+    if any(pair.excludes(first) for pair in rest):
+        found = found + _largest(rest, chosen)
+    most = max(len(choice) for choice in found)
+    return [choice for choice in found if len(choice) == most]

@@ -33,7 +33,8 @@ class LoopSettings(_Settings):
         gate: squared distance from what is expected, in standard deviations, beyond which a match
             is not believed (three dimensions).
         settle_above: the map is put right when a loop closes with a larger squared error,
-        settle_every: or after so many closed loops.
+        settle_every: or after so many closed loops,
+        settle_share: or this share of all closed so far, if that is more.
         redraw_m: the map is drawn again when a scan has moved this far,
         redraw_deg: or turned this much.
     """
@@ -53,6 +54,7 @@ class LoopSettings(_Settings):
     gate: Positive = 16.0
     settle_above: Positive = 12.0
     settle_every: Annotated[int, Field(ge=1)] = 8
+    settle_share: NotNegative = 0.1
     redraw_m: Positive = 0.05
     redraw_deg: Positive = 0.5
 
@@ -65,8 +67,8 @@ class MergerSettings(_Settings):
 
     A robot is tied to the team's map when all its reports so far, together, match it with at least
     `align_points` end points at walls, a share of `align_fit`, and an uncertainty of no more than
-    `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails. It
-    waits as many reports as `sight_wait` for robots to have seen each other, which tells more.
+    `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails. For
+    so many reports as `sight_wait` it only looks around: who sees whom is clear when all have.
     """
 
     resolution_m: Annotated[float, Field(gt=0.005, le=1.0)] = 0.05

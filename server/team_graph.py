@@ -211,7 +211,8 @@ class TeamGraph:
     def strained(self, worst: float) -> bool:
         """Whether the nodes are to be moved: a loop closed with an error, or many closed since."""
         settings = self.settings
-        return worst > settings.settle_above or self._unsettled >= settings.settle_every
+        many = max(settings.settle_every, settings.settle_share * self.closed)
+        return worst > settings.settle_above or self._unsettled >= many
 
     def settle(self) -> tuple[float, float]:
         """Move all nodes to where they agree best; return the most moved [m] and turned [rad]."""
