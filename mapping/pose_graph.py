@@ -68,6 +68,13 @@ class PoseGraph:
         """Return `T_map_base` of a node."""
         return pose_from(self._poses[node])
 
+    def nearest(self, T_map_base: Pose2) -> int | None:
+        """Return the node closest to a pose, or None of no nodes."""
+        if not self._count:
+            return None
+        off = self.poses[:, :2] - (T_map_base.x, T_map_base.y)
+        return int(np.hypot(off[:, 0], off[:, 1]).argmin())
+
     def add(self, T_map_node: Pose2) -> int:
         """Add a node; return its number."""
         if self._count == len(self._poses):

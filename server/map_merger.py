@@ -20,20 +20,19 @@ from mapping.match_map import MapSettings, MatchMap
 from mapping.motion_model import MotionModel
 from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan_integration import IntegrationSettings
-from mapping.scan_matching import MatchResult, match
-from mapping.scan_points import scan_points, turned_points
+from mapping.scan_matching import MatchResult
 from mapping.surface_map import SurfaceSettings
 from server.comparing import firm_match
-from server.mutual_sightings import MutualSightings, Relation
+from server.mutual_sightings import MutualSightings
 from server.placing import Member, Node, Placement, Report, Way, corrected_track, way_between
 from server.settings import MergerSettings
 from server.team_graph import TeamGraph
+from server.tying import aligns, match_held, seen_by_others
 
 __all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
 
 # A submap holds few scans, so the pieces of wall that its surfels stand for are longer [cells].
 _SUBMAP_FIT = 6
-_HELD_TOGETHER = 6  # reports that are matched together to tie a robot to the map
 
 
 class MapMerger:
@@ -163,11 +162,11 @@ class MapMerger:
         member.held.append(report)
         if len(member.held) <= self.settings.sight_wait:
             return Placement(False, 0.0)
-        relation = self._relation(name)
+        relation = seen_by_others(name, self.members, self.sightings)
         if relation is not None:
             member.T_map_odom, member.covariance = relation.T_a_b, relation.covariance
-        result = self._match_held(member, report, relation is not None)
-        if self._aligns(result, len(member.held)):
+        result = match_held(self.map, member, report, relation is not None)
+        if aligns(result, len(member.held), self.settings):
             T_map_odom = result.T_map_base @ report.T_odom_base.inverse()
             covariance = result.covariance
         elif relation is not None and not self._contradicts(result):
@@ -179,52 +178,6 @@ class MapMerger:
         waiting, member.held = member.held, []
         self._begin(name, member, waiting, T_map_odom, covariance)
         return Placement(True, moved)
-
-    def _match_held(self, member: Member, report: Report, seen: bool) -> MatchResult:
-        """Match the last reports of a robot with the team's map, all together.
-
-        Args:
-            member: the robot.
-            report: the last of them.
-            seen: whether teammates told its place.
-        """
-        sigma = math.sqrt(max(member.covariance[0, 0], member.covariance[1, 1]))
-        turn_sigma = math.sqrt(member.covariance[2, 2])
-        # Starts are told with uniform errors: one sigma of them is their largest.
-        sigmas = 3.0 if seen else 1.25
-        window = SearchWindow(sigmas * sigma + 0.1, sigmas * turn_sigma + 0.02)
-        T_base_odom = report.T_odom_base.inverse()
-        points = [
-            turned_points(scan_points(held.scan), T_base_odom @ held.T_odom_base)
-            for held in member.held[-_HELD_TOGETHER:]
-        ]
-        return match(
-            self.map.grid,
-            self.map.surfaces,
-            np.concatenate(points),
-            member.T_map_odom @ report.T_odom_base,
-            member.covariance,
-            self.map.settings.matching,
-            window,
-        )
-
-    def _relation(self, name: str) -> Relation | None:
-        """Return where a robot's local map lies in the team's by what robots saw of each other."""
-        told = {other: member.T_map_odom for other, member in self.members.items()}
-        sigma = max(member.told[0] for member in self.members.values())
-        turn_sigma = max(member.told[1] for member in self.members.values())
-        # One frame was turned by its own error; so the offset's error may be longer than two.
-        relations = self.sightings.relations(told, 3.0 * sigma, 2.0 * turn_sigma)
-        best = None
-        for other, known in self.members.items():
-            relation = relations.get((other, name))
-            if relation is None or not known.aligned:
-                continue
-            T_map_odom = known.T_map_odom @ relation.T_a_b
-            covariance = turned_covariance(relation.covariance, -known.T_map_odom.theta)
-            if best is None or covariance[2, 2] < best.covariance[2, 2]:
-                best = Relation(T_map_odom, covariance)
-        return best
 
     def settle(self) -> bool:
         """Put the map right by all that is known; return whether it was drawn again."""
@@ -286,17 +239,6 @@ class MapMerger:
         settings = self.settings
         return result.known >= settings.known_least and result.fit < settings.fit_least
 
-    def _aligns(self, result: MatchResult, held: int) -> bool:
-        """Whether a match is good enough to tie a robot to the team's map."""
-        settings = self.settings
-        if result.explained < settings.align_points or result.fit < settings.align_fit:
-            return False
-        sigma = math.sqrt(np.linalg.eigvalsh(result.covariance[:2, :2])[-1])
-        sure = sigma <= settings.align_sigma_m and result.covariance[2, 2] <= (
-            math.radians(settings.align_sigma_deg) ** 2
-        )
-        return bool(sure) or held >= settings.hold_most
-
     def _begin(
         self,
         name: str,
@@ -310,7 +252,7 @@ class MapMerger:
         for k, report in enumerate(reports):
             T_map_base = T_map_odom @ report.T_odom_base
             if k == 0:
-                nearest = self._nearest(T_map_base)
+                nearest = graph.nearest(T_map_base)
                 node = self.team.begin(name, report.scan, T_map_base, covariance)
                 if nearest is not None:
                     T_near_base = graph.pose(nearest).inverse() @ T_map_base
@@ -341,12 +283,7 @@ class MapMerger:
 
     def _redraw(self) -> bool:
         """Draw the whole map again where the pose graph moved its scans; return whether it did."""
-        settings, poses = self.settings.loops, self.team.graph.poses
-        drawn = np.array([node.T_map_base.as_array() for node in self.nodes])
-        off = poses[: len(drawn)] - drawn
-        moved = float(np.hypot(off[:, 0], off[:, 1]).max())
-        turned = float(np.abs(np.arctan2(np.sin(off[:, 2]), np.cos(off[:, 2]))).max())
-        if moved < settings.redraw_m and turned < math.radians(settings.redraw_deg):
+        if not self.team.astray([node.T_map_base for node in self.nodes]):
             return False
         old = self.geometry
         self.map = MatchMap(self.map.settings)
@@ -364,13 +301,6 @@ class MapMerger:
         whole = CellBox(0, 0, geometry.rows, geometry.cols)
         self.dirty = self.dirty.union(whole.shifted(*self.lattice))
         return True
-
-    def _nearest(self, T_map_base: Pose2) -> int | None:
-        """Return the node of the pose graph closest to a pose, or None."""
-        poses = self.team.graph.poses
-        if not len(poses):
-            return None
-        return int(np.hypot(poses[:, 0] - T_map_base.x, poses[:, 1] - T_map_base.y).argmin())
 
     def _last_pose(self, name: str) -> Pose2 | None:
         """Return where a robot was last in the team's map, or None."""

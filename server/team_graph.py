@@ -214,6 +214,17 @@ class TeamGraph:
         many = max(settings.settle_every, settings.settle_share * self.closed)
         return worst > settings.settle_above or self._unsettled >= many
 
+    def astray(self, drawn: Sequence[Pose2]) -> bool:
+        """Whether a node lies far from where its scan was drawn, in the order of the nodes."""
+        if not drawn:
+            return False
+        poses = np.array([T_map_base.as_array() for T_map_base in drawn])
+        off = self.graph.poses[: len(poses)] - poses
+        turned = np.abs(np.arctan2(np.sin(off[:, 2]), np.cos(off[:, 2]))).max()
+        moved = np.hypot(off[:, 0], off[:, 1]).max()
+        settings = self.settings
+        return bool(moved >= settings.redraw_m or turned >= math.radians(settings.redraw_deg))
+
     def settle(self) -> tuple[float, float]:
         """Move all nodes to where they agree best; return the most moved [m] and turned [rad]."""
         self._unsettled = 0

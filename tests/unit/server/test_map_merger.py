@@ -15,7 +15,7 @@ from server.settings import MergerSettings
 from tests.unit.rooms import room, scan_in
 
 ROOM = room()
-SETTINGS = MergerSettings(resolution_m=0.1)
+SETTINGS = MergerSettings(resolution_m=0.1, sight_wait=0)
 SURE = np.diag([1e-4, 1e-4, 1e-5])
 
 
@@ -150,3 +150,36 @@ def test_held_reports_are_taken_in_the_end_even_if_unsure() -> None:
     seen = report(Pose2(0.4, 0.2, 0.0), Pose2(0.4, 0.2, 0.0))
     assert not merger.place("b", seen).matched
     assert merger.place("b", seen).matched
+
+
+def test_robots_that_saw_each_other_are_tied_by_that_where_walls_tell_nothing() -> None:
+    merger = MapMerger(SETTINGS)
+    blind = LaserScan(np.full(60, 6.0, np.float32), -math.pi, 0.1, 6.0, 1.0)
+    merger.add("a", IDENTITY, 1.0, 0.3)
+    merger.add("b", Pose2(1.5, 0.4, 0.2), 1.0, 0.3)
+    seen_b, seen_a = np.array([[0.8, 0.0]] * 2), np.array([[-0.8, 0.0]] * 2)
+    nothing = np.zeros((0, 4))
+    merger.place("a", Report(blind, IDENTITY, SURE, nothing, None, seen_b))
+    assert merger.place("b", Report(blind, IDENTITY, SURE, nothing, None, seen_a)).matched
+    assert merger.members["b"].T_map_odom.distance_to(Pose2(0.8, 0.0, 0.0)) < 1e-6
+    assert merger.members["b"].T_map_odom.theta == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_map_is_drawn_again_where_the_graph_moved_its_scans() -> None:
+    merger = merger_with_map()
+    assert not merger.settle()
+    before = merger.members["a"].T_map_odom
+    merger.team.tie(0, 1, Pose2(0.5, 0.2, 0.2), np.diag([1e-6, 1e-6, 1e-6]))
+    merger.team.tie(0, 1, Pose2(0.5, 0.2, 0.2), np.diag([1e-6, 1e-6, 1e-6]))
+    merger.team.graph.edges = merger.team.graph.edges[-2:]
+    merger.take_changes()
+    assert merger.settle()
+    assert merger.nodes[1].T_map_base.x == pytest.approx(0.5, abs=0.01)
+    assert merger.members["a"].T_map_odom.distance_to(before) > 0.1
+    assert merger.track("a")[-1, 1] == pytest.approx(0.5, abs=0.01)
+    box, _ = merger.take_changes()
+    assert (box.iy1 - box.iy0, box.ix1 - box.ix0) == merger.geometry.shape
+
+
+def test_a_merger_without_reports_has_nothing_to_settle() -> None:
+    assert not MapMerger(SETTINGS).settle()
