@@ -2,10 +2,11 @@
 
 Nodes are poses in the map frame, edges are measured poses of one node in another. The graph's
 optimum minimises the sum of squared errors, each weighed by its information. Edges that compare
-what robots see may be wrong: far off, they pull with a bounded force.
+what robots see may be wrong: far off, they pull with a bounded force at first, so that large loops
+close from afar, and then, near the optimum, the less the farther off they still are.
 
 Source: Grisetti, Kuemmerle, Stachniss & Burgard 2010, "A tutorial on graph-based SLAM"; the bounded
-force is Huber's (1964).
+force is Huber's (1964), the redescending one has the tail of Cauchy's weights.
 """
 
 from __future__ import annotations
@@ -19,8 +20,10 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from mapping.geometry import Floats, Pose2, pose_from
 
-# An edge whose error exceeds this many standard deviations pulls no harder than at this many.
-_HUBER = 3.0
+# A robust edge whose error exceeds this many standard deviations counts less.
+_ROBUST_FROM = 3.0
+# The last steps are taken with redescending weights.
+_LAST_STEPS = 4
 # How firmly the first node is held: it is the gauge of all others.
 _HELD = 1e9
 
@@ -103,12 +106,13 @@ class PoseGraph:
             return 0.0, 0.0
         before = self.poses.copy()
         table = _Table(self.edges)
-        for _ in range(iterations):
-            factor, gradient = self._factor(table)
-            step = -factor.solve(gradient).reshape(-1, 3)
-            self.poses[:] += step
-            if float(np.abs(step).max()) < tolerance:
-                break
+        for power, steps in ((1, iterations), (2, _LAST_STEPS)):
+            for _ in range(steps):
+                factor, gradient = self._factor(table, power)
+                step = -factor.solve(gradient).reshape(-1, 3)
+                self.poses[:] += step
+                if float(np.abs(step).max()) < tolerance:
+                    break
         moved = self.poses - before
         self.poses[:, 2] = _wrapped(self.poses[:, 2])
         return float(np.hypot(moved[:, 0], moved[:, 1]).max()), float(np.abs(moved[:, 2]).max())
@@ -117,23 +121,30 @@ class PoseGraph:
         """Return the covariance (n, 3, 3) of each of `nodes` against the first node, map frame."""
         if not self.edges or not nodes:
             return np.tile(np.eye(3) / _HELD, (len(nodes), 1, 1))
-        factor, _ = self._factor(_Table(self.edges))
+        factor, _ = self._factor(_Table(self.edges), 2)
         columns = np.zeros((3 * self._count, 3 * len(nodes)))
         for k, node in enumerate(nodes):
             columns[3 * node : 3 * node + 3, 3 * k : 3 * k + 3] = np.eye(3)
         solved = factor.solve(columns)
         return np.stack([solved[3 * n : 3 * n + 3, 3 * k : 3 * k + 3] for k, n in enumerate(nodes)])
 
-    def _factor(self, table: _Table) -> tuple[SuperLU, Floats]:
-        """Return the factored normal matrix at the poses as they are, and the gradient (3 N,)."""
+    def _factor(self, table: _Table, power: int) -> tuple[SuperLU, Floats]:
+        """Return the factored normal matrix at the poses as they are, and the gradient (3 N,).
+
+        Args:
+            table: all edges.
+            power: 1 for bounded, 2 for redescending forces of robust edges.
+        """
         errors, by_i, by_j = table.linearised(self.poses)
-        weighed = table.weighed(errors)
+        weighed = table.weighed(errors, power)
         gradient = np.zeros((self._count, 3))
         rows, cols, values = [], [], []
         ends = ((table.i, by_i), (table.j, by_j))
         for first, jacobian in ends:
             pulled = np.einsum("eki,ekl->eil", jacobian, weighed)
-            np.add.at(gradient, first, np.einsum("eil,el->ei", pulled, errors))
+            pull = np.einsum("eil,el->ei", pulled, errors)
+            for axis in range(3):
+                gradient[:, axis] += np.bincount(first, pull[:, axis], self._count)
             for second, other in ends:
                 block = np.einsum("eil,elj->eij", pulled, other)
                 row, col = np.broadcast_arrays(
@@ -189,11 +200,11 @@ class _Table:
         by_i[:, 1, 2] = -sz * turned_x + cz * turned_y
         return errors, by_i, by_j
 
-    def weighed(self, errors: Floats) -> Floats:
-        """Return the information (E, 3, 3), less where a robust edge is far off."""
+    def weighed(self, errors: Floats, power: int) -> Floats:
+        """Return the information (E, 3, 3), less where a robust edge is far off; see `_factor`."""
         squared = np.einsum("ei,eij,ej->e", errors, self.information, errors)
         size = np.sqrt(np.maximum(squared, 1e-12))
-        weights = np.where(self.robust, np.minimum(1.0, _HUBER / size), 1.0)
+        weights = np.where(self.robust, np.minimum(1.0, (_ROBUST_FROM / size) ** power), 1.0)
         return self.information * weights[:, None, None]
 
 

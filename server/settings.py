@@ -44,7 +44,7 @@ class LoopSettings(_Settings):
     submap_sigma_m: Positive = 0.06
     submap_sigma_deg: Positive = 1.0
     points: Annotated[int, Field(ge=3)] = 12
-    fit_least: float = 0.6
+    fit_least: float = 0.75
     fit_at_once: float = 0.8
     compared: Annotated[int, Field(ge=0)] = 4
     again_m: Positive = 0.3

@@ -62,14 +62,14 @@ def test_uncertainty_grows_along_a_way_and_shrinks_where_a_loop_closes() -> None
     assert graph.covariances([4])[0][0, 0] < 1e-5
 
 
-def test_a_wrong_robust_edge_pulls_with_bounded_force() -> None:
+def test_a_wrong_robust_edge_does_not_pull_in_the_end() -> None:
     graph = PoseGraph()
     graph.add(IDENTITY)
     graph.add(Pose2(1.0, 0.0, 0.0))
     graph.connect(Edge(0, 1, Pose2(1.0, 0.0, 0.0), 1e4 * np.eye(3)))
     graph.connect(Edge(0, 1, Pose2(3.0, 0.0, 0.0), 1e4 * np.eye(3), robust=True))
     graph.optimise(iterations=50)
-    assert graph.pose(1).x == pytest.approx(1.03, abs=0.01)
+    assert graph.pose(1).x == pytest.approx(1.0, abs=0.01)
     assert graph.error(graph.edges[1])[1] > 1e4
 
 
