@@ -1,140 +1,53 @@
-"""How fast the kernels are: `python benchmarks/kernels.py [--only WORD] [--seconds S]`.
+"""How fast the kernels are: `python -m benchmarks.kernels [--only WORD] [--seconds S]`.
 
 Prints one line per kernel: what it did, how much of it per second of processor time, the median
 time of a call by the clock, and the least processor time of a call, which other work on the
 machine disturbs less; all after warming up. To add a row, write a function that prepares the work
-and returns a `Case`, and put it in `CASES`. Real maps are measured too where they are found: in
-the folder EXPEDITION_DATA names, or in `shared/data` beside the repository.
+and returns a `Case`, and put it in `CASES`, here or in `benchmarks/sensing.py`. Real maps are
+measured too where they are found: in the folder EXPEDITION_DATA names, or in `shared/data` beside
+the repository.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from mapping.bucket_wave import UNREACHED  # noqa: E402
-from mapping.coarse_gain import coarse_information_gains, coarsen_classes  # noqa: E402
-from mapping.distance_field import truncated_distance, update_distance  # noqa: E402
-from mapping.frontiers import find_frontiers  # noqa: E402
-from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, CellBox, GridGeometry  # noqa: E402
-from mapping.information_gain import information_gains  # noqa: E402
-from mapping.path_planning import (  # noqa: E402
+from benchmarks import sensing
+from benchmarks.floors import (
+    RESOLUTION,
+    SENSOR_RANGE,
+    Case,
+    farthest,
+    floor,
+    half_known,
+    office,
+    weights_of,
+)
+from mapping.bucket_wave import UNREACHED
+from mapping.coarse_gain import (
+    coarse_information_gains,
+    coarsen_classes,
+    refresh_classes,
+)
+from mapping.distance_field import truncated_distance, update_distance
+from mapping.frontiers import find_frontiers
+from mapping.grid import CLEAR, OBSTACLE, CellBox, GridGeometry
+from mapping.information_gain import information_gains
+from mapping.path_planning import (
     cost_field,
     path_to,
     smooth_path,
     traversal_weights,
 )
-
-Classes = npt.NDArray[np.uint8]
-
-RESOLUTION = 0.05
-SENSOR_RANGE = 8.0
-
-
-@dataclass(frozen=True)
-class Case:
-    """One row: `run` does `amount` units of work each time it is called."""
-
-    kernel: str
-    work: str
-    amount: float
-    unit: str
-    run: Callable[[], object]
-
-
-@cache
-def office(rows: int = 1000, cols: int = 1000) -> Classes:
-    """Return a floor of rooms of 5 x 4 m on both sides of corridors 2 m wide, with furniture."""
-    classes = np.full((rows, cols), CLEAR, dtype=np.uint8)
-    rng = np.random.default_rng(7)
-    room, door, corridor = 100, 18, 40
-    for iy in range(0, rows, 2 * room + corridor):
-        for wall in (iy, iy + room, iy + room + corridor):
-            classes[wall : wall + 2, :] = OBSTACLE
-        for ix in range(0, cols, 80):
-            classes[iy : iy + room, ix : ix + 2] = OBSTACLE
-            classes[iy + room + corridor : iy + 2 * room + corridor, ix : ix + 2] = OBSTACLE
-            at = ix + int(rng.integers(10, 50))
-            for wall in (iy + room, iy + room + corridor):
-                classes[wall : wall + 2, at : at + door] = CLEAR
-    classes[:, 460:500] = CLEAR  # one way across all corridors
-    for _ in range(400):
-        fy, fx = int(rng.integers(0, rows - 12)), int(rng.integers(0, cols - 12))
-        classes[fy : fy + 8, fx : fx + 12] = OBSTACLE
-    classes[[0, -1], :] = classes[:, [0, -1]] = OBSTACLE
-    return classes
-
-
-def data_folder() -> Path | None:
-    """Return where real maps are, if anywhere."""
-    named = os.environ.get("EXPEDITION_DATA")
-    for folder in (Path(named) if named else None, ROOT.parent / "shared" / "data"):
-        if folder is not None and (folder / "maps").is_dir():
-            return folder
-    return None
-
-
-@cache
-def floor(name: str) -> tuple[Classes, float]:
-    """Return a real map's classes and resolution [m]; the generated office without the data."""
-    folder = data_folder()
-    if folder is None:
-        return office(), RESOLUTION
-    import yaml
-    from PIL import Image
-
-    meta = yaml.safe_load((folder / "maps" / f"{name}.yaml").read_text())
-    grey = np.asarray(Image.open(folder / "maps" / meta["image"]).convert("L"))[::-1]
-    occupied = 1.0 - grey / 255.0
-    classes = np.full(grey.shape, UNKNOWN, dtype=np.uint8)
-    classes[occupied > meta["occupied_thresh"]] = OBSTACLE
-    classes[occupied < meta["free_thresh"]] = CLEAR
-    return classes, float(meta["resolution"])
-
-
-def weights_of(classes: Classes, resolution: float) -> npt.NDArray[np.uint8]:
-    """Return traversal weights for a robot of 0.25 m radius."""
-    clearance = truncated_distance(classes == OBSTACLE, resolution, 0.6)
-    return traversal_weights(classes == CLEAR, clearance, 0.25, 0.6)
-
-
-def farthest(weights: npt.NDArray[np.uint8], resolution: float) -> tuple[int, int]:
-    """Return a cell of the largest free region, at its end: the dearest from the cell tried."""
-    free = np.argwhere(weights == 1)
-    best, most = (0, 0), 0
-    for start in free[:: max(len(free) // 8, 1)]:
-        field = cost_field(weights, start, resolution)
-        reached = field.units != UNREACHED
-        if int(reached.sum()) > most:
-            most = int(reached.sum())
-            at = int(np.where(reached, field.units, -1).argmax())
-            best = (at // weights.shape[1], at % weights.shape[1])
-    return best
-
-
-@cache
-def half_known(name: str) -> tuple[Classes, float]:
-    """Return a floor of which discs of 6 m around some places are known, and its resolution."""
-    truth, resolution = floor(name)
-    rng = np.random.default_rng(3)
-    free = np.argwhere(weights_of(truth, resolution) == 1)
-    iy, ix = np.ogrid[: truth.shape[0], : truth.shape[1]]
-    known = np.zeros(truth.shape, dtype=bool)
-    for cy, cx in free[rng.integers(0, len(free), 14)]:
-        known |= (iy - cy) ** 2 + (ix - cx) ** 2 <= (6.0 / resolution) ** 2
-    return np.where(known, truth, UNKNOWN).astype(np.uint8), resolution
 
 
 def distance_full() -> Case:
@@ -206,6 +119,14 @@ def coarsen_case() -> Case:
     return Case("coarsen", work, classes.size, "cells", lambda: coarsen_classes(classes, 4))
 
 
+def refresh_case() -> Case:
+    """Blocks of a half known floor after one scan."""
+    classes, _ = half_known("hospital_62m")
+    coarse, box = coarsen_classes(classes, 4), CellBox(200, 200, 500, 500)
+    run = partial(refresh_classes, coarse, box)
+    return Case("coarsen update", "box of 300 x 300 by 4", 300 * 300, "cells", run)
+
+
 def gains_case(factor: int) -> Case:
     """Information gains of 150 frontier cells at 8 m, over blocks of `factor` cells."""
     classes, resolution = half_known("hospital_62m")
@@ -229,9 +150,11 @@ CASES: list[Callable[[], Case]] = [
     path_case,
     frontiers_case,
     coarsen_case,
+    refresh_case,
     partial(gains_case, 4),
     partial(gains_case, 2),
     partial(gains_case, 1),
+    *sensing.CASES,
 ]
 
 

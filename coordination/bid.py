@@ -30,7 +30,8 @@ class RobotBid:
         costs: (n,) path length [m].
         rectangles: (n, 4) x_min, y_min, x_max, y_max [m] of the information gain regions.
         unreachable: (k, 2) [m] frontier places this body cannot get to.
-        detours: (n,) [m], how much longer the robot's whole round gets when it goes there first.
+        losses: (n,) [m2], how much less the robot expects of the rest of its route when it goes
+            there first.
         cost_weight: factor on this robot's path costs; more than 1 for a slow robot.
     """
 
@@ -43,7 +44,7 @@ class RobotBid:
     costs: Floats
     rectangles: Floats
     unreachable: Floats
-    detours: Floats
+    losses: Floats
     cost_weight: float = 1.0
 
     def __len__(self) -> int:
@@ -61,7 +62,7 @@ class RobotBid:
             self.costs[rows],
             self.rectangles[rows],
             self.unreachable,
-            self.detours[rows],
+            self.losses[rows],
             self.cost_weight,
         )
 

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from mapping.geometry import Pose2
-from protocol import messages, world_messages
+from protocol import fleet, messages, world_messages
 from protocol.body import Body, Drive, Lidar
 from protocol.codec import (
     MAX_BODY_BYTES,
@@ -56,7 +56,7 @@ def page() -> str:
     )
     sections = [head]
     for title, union in (
-        ("Fleet: robots, server, operators, observers", messages.FleetMessage),
+        ("Fleet: robots, server, operators, observers", fleet.FleetMessage),
         ("World: a body, and the clock of a simulated mission", world_messages.WorldMessage),
     ):
         sections.append(f"## {title}\n")

@@ -17,9 +17,10 @@ from robot_agent.agent import Agent
 from server.master import Master
 from sim_world.errors import WorldError
 from sim_world.judge import Judge
+from sim_world.robot_body import RobotSpec
 from sim_world.starts import check_starts
 from sim_world.truth import CoverageJudge
-from sim_world.world import RobotSpec, World
+from sim_world.world import World
 from sim_world.world_file import World as WorldFile
 from sim_world.world_file import load_world, start_poses
 

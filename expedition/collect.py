@@ -17,16 +17,23 @@ from sim_world.relay import Tally
 from sim_world.world import World
 
 
-def server_part(master: Master, now: float) -> dict[str, Any]:
-    """Return what the server knows: map, trajectories, tasks, what is left."""
+def server_part(master: Master, now: float, last: bool = True) -> dict[str, Any]:
+    """Return what the server knows: map, trajectories, tasks, what is left.
+
+    Args:
+        master: the server's core.
+        now: mission time [s].
+        last: whether this is its last word. What each robot saw by itself is only counted then: it
+            takes as long as fusing all scans of the mission again, and everybody would wait.
+    """
     merger = master.merger
-    single, union = _clear_cells(master)
+    single, union = _clear_cells(master) if last else ({}, None)
     robots = {
         name: {
-            "ended": master.states[name],
+            "ended": master.roster.states[name],
             "track_map": merger.track(name) if name in merger.members else np.empty((0, 4)),
         }
-        for name in master.robots
+        for name in master.roster.robots
     }
     return {
         "ended": master.ended or "failed",
@@ -43,7 +50,7 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
         "pose_graph": PoseGraphRecord(_chains(master)),
         "events": [
             {"t_s": now, "event": "frames dropped", "peer": peer, "reason": reason, "count": count}
-            for (peer, reason), count in sorted(master.rejected.items())
+            for (peer, reason), count in sorted(master.faults.counts.items())
         ],
     }
 
@@ -51,7 +58,7 @@ def server_part(master: Master, now: float) -> dict[str, Any]:
 def _chains(master: Master) -> dict[str, ScanChain]:
     """Return the placed scans of each robot as chains of the pose graph."""
     chains = {}
-    for name in master.robots:
+    for name in master.roster.robots:
         nodes = [node for node in master.merger.nodes if node.robot == name]
         if nodes:
             chains[name] = ScanChain(
@@ -68,7 +75,7 @@ def _clear_cells(master: Master) -> tuple[dict[str, int], int]:
     single = {}
     union = np.zeros(geometry.shape, dtype=np.bool_)
     thresholds = master.settings.map.p_obstacle, master.settings.map.p_clear
-    for name in master.robots:
+    for name in master.roster.robots:
         grid = OccupancyGrid.unknown(geometry)
         for node in master.merger.nodes:
             if node.robot == name:

@@ -15,7 +15,8 @@ import zmq
 from expedition.errors import NoServerError
 from protocol.codec import Header, decode, encode
 from protocol.errors import ProtocolError
-from protocol.messages import SERVER, Answer, DriveRequest, Hello, Message, Refused, Welcome
+from protocol.messages import SERVER, Hello, Message, Refused, Welcome
+from protocol.operator_messages import Answer, DriveRequest
 
 PATIENCE_S = 10.0  # a team in lockstep on a busy machine may take its time over one instant
 _CONNECT_S = 2.0

@@ -99,7 +99,7 @@ def serve(team: TeamSettings, parts: Path, world: str, endpoints: Sequence[str],
         nonlocal saved
         if time.monotonic() - saved > team.checkpoint_s > 0.0:
             saved = time.monotonic()
-            _save_server(parts, host)
+            _save_server(parts, host, last=False)
         return ties.keep_going()
 
     names = [member.name for member in team.members()]
@@ -108,14 +108,14 @@ def serve(team: TeamSettings, parts: Path, world: str, endpoints: Sequence[str],
             run_server(host, world, endpoints, names, ties.note, keep_going, ties.bound)
         )
     finally:
-        _save_server(parts, host)
+        _save_server(parts, host, last=True)
         (parts / SERVER_DONE).touch()
 
 
-def _save_server(parts: Path, host: Host) -> None:
+def _save_server(parts: Path, host: Host, last: bool) -> None:
     master = host.core
     assert isinstance(master, Master)
-    save_record_part(parts, "2-server", collect.server_part(master, master.now))
+    save_record_part(parts, "2-server", collect.server_part(master, master.now, last))
 
 
 def live_as(team: TeamSettings, name: str, world: str, ties: Ties) -> str:

@@ -34,14 +34,9 @@ def bucket_wave(weights: npt.NDArray[np.uint8], starts: Cells) -> npt.NDArray[np
     """
     rows, cols = weights.shape
     stride = cols + 2
-    best = np.full((rows + 2) * stride, _OUTSIDE, dtype=np.int32)
-    heavy = np.zeros((rows + 2) * stride, dtype=np.uint8)
-    for iy in range(rows):
-        base = (iy + 1) * stride + 1
-        for ix in range(cols):
-            weight = weights[iy, ix]
-            heavy[base + ix] = weight if weight < MAX_WEIGHT else MAX_WEIGHT
-            best[base + ix] = UNREACHED if weight != BLOCKED else _OUTSIDE
+    best = np.empty((rows + 2) * stride, dtype=np.int32)
+    heavy = np.empty((rows + 2) * stride, dtype=np.uint8)
+    _pad(weights, best, heavy)
     buckets = np.empty((_BUCKETS, 256), dtype=np.int32)
     filled = np.zeros(_BUCKETS, dtype=np.int64)
     for k in range(len(starts)):
@@ -61,6 +56,28 @@ def bucket_wave(weights: npt.NDArray[np.uint8], starts: Cells) -> npt.NDArray[np
             filled[slot] = idle = 0
         cost += 1
     return _unpadded(best, rows, cols)
+
+
+@compiled
+def _pad(
+    weights: npt.NDArray[np.uint8], best: npt.NDArray[np.int32], heavy: npt.NDArray[np.uint8]
+) -> None:
+    """Fill the padded arrays before a wave; row by row in slices, so that registers are used."""
+    rows, cols = weights.shape
+    stride = cols + 2
+    for edge in (0, (rows + 1) * stride):
+        best[edge : edge + stride] = _OUTSIDE
+        heavy[edge : edge + stride] = BLOCKED
+    for iy in range(rows):
+        base = (iy + 1) * stride
+        best[base] = best[base + cols + 1] = _OUTSIDE
+        heavy[base] = heavy[base + cols + 1] = BLOCKED
+        line = weights[iy]
+        costs, kinds = best[base + 1 : base + 1 + cols], heavy[base + 1 : base + 1 + cols]
+        for ix in range(cols):
+            kinds[ix] = line[ix] if line[ix] < MAX_WEIGHT else MAX_WEIGHT
+        for ix in range(cols):
+            costs[ix] = UNREACHED if line[ix] != BLOCKED else _OUTSIDE
 
 
 @compiled
@@ -128,7 +145,7 @@ def _unpadded(best: npt.NDArray[np.int32], rows: int, cols: int) -> npt.NDArray[
     units = np.empty((rows, cols), dtype=np.int32)
     for iy in range(rows):
         base = (iy + 1) * (cols + 2) + 1
+        costs, line = best[base : base + cols], units[iy]
         for ix in range(cols):
-            value = best[base + ix]
-            units[iy, ix] = UNREACHED if value == _OUTSIDE else value
+            line[ix] = UNREACHED if costs[ix] == _OUTSIDE else costs[ix]
     return units

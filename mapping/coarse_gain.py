@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from mapping.coarse_weights import block_box
 from mapping.compiled import compiled
 from mapping.geometry import Floats
-from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, Cells
+from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, CellBox, Cells
 from mapping.information_gain import (
     CLOSED,
     NO_WEIGHT,
@@ -65,30 +66,48 @@ def coarsen_classes(
     """
     fine = np.ascontiguousarray(classes)
     fine_weight = NO_WEIGHT if weight is None else np.ascontiguousarray(weight)
-    coarse, sums = _coarsen(fine, fine_weight, factor)
-    return CoarseClasses(coarse, sums, factor, fine, fine_weight)
+    blocks = (-(-fine.shape[0] // factor), -(-fine.shape[1] // factor))
+    kinds, sums = np.empty(blocks, dtype=np.uint8), np.empty(blocks, dtype=np.float32)
+    coarse = CoarseClasses(kinds, sums, factor, fine, fine_weight)
+    refresh_classes(coarse, CellBox(0, 0, *fine.shape))
+    return coarse
+
+
+def refresh_classes(coarse: CoarseClasses, box: CellBox) -> None:
+    """Bring blocks up to date, in place, after fine cells or their weights changed in `box`."""
+    block = block_box(box, coarse.factor)
+    _coarsen(
+        coarse.fine,
+        coarse.fine_weight,
+        coarse.factor,
+        (block.iy0, block.ix0, block.iy1, block.ix1),
+        coarse.classes,
+        coarse.weight,
+    )
 
 
 @compiled
 def _coarsen(
-    classes: npt.NDArray[np.uint8], weight: npt.NDArray[np.float32], factor: int
-) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
-    """Compiled body of `coarsen_classes`; an empty `weight` counts 1 everywhere."""
+    classes: npt.NDArray[np.uint8],
+    weight: npt.NDArray[np.float32],
+    factor: int,
+    box: tuple[int, int, int, int],
+    coarse: npt.NDArray[np.uint8],
+    sums: npt.NDArray[np.float32],
+) -> None:
+    """Compiled body of `refresh_classes`; an empty `weight` counts 1 everywhere."""
     rows, cols = classes.shape
-    blocks = (-(-rows // factor), -(-cols // factor))
-    coarse = np.full(blocks, CLEAR, dtype=np.uint8)
-    sums = np.zeros(blocks, dtype=np.float32)
-    for iy in range(rows):
-        line, kinds, totals = classes[iy], coarse[iy // factor], sums[iy // factor]
-        for bx in range(blocks[1]):
-            for ix in range(bx * factor, min((bx + 1) * factor, cols)):
-                if line[ix] == UNKNOWN:
-                    totals[bx] += weight[iy, ix] if len(weight) > 0 else np.float32(1.0)
-                    if kinds[bx] == CLEAR:
-                        kinds[bx] = UNKNOWN
-                elif line[ix] == OBSTACLE:
-                    kinds[bx] = OBSTACLE
-    return coarse, sums
+    for by in range(box[0], box[2]):
+        for bx in range(box[1], box[3]):
+            kind, total = CLEAR, np.float32(0.0)
+            for iy in range(by * factor, min((by + 1) * factor, rows)):
+                for ix in range(bx * factor, min((bx + 1) * factor, cols)):
+                    if classes[iy, ix] == UNKNOWN:
+                        total += weight[iy, ix] if len(weight) > 0 else np.float32(1.0)
+                        kind = UNKNOWN if kind == CLEAR else kind
+                    elif classes[iy, ix] == OBSTACLE:
+                        kind = OBSTACLE
+            coarse[by, bx], sums[by, bx] = kind, total
 
 
 def coarse_information_gains(

@@ -1,12 +1,17 @@
-"""Rounds through many frontiers: what going somewhere first does to the length of all the rest.
+"""Routes through many frontiers: what going somewhere first does to all the rest.
 
-A robot that leaves a small corner unseen has to come back for it. To weigh that, the ways *between*
-places are needed, not only those from the robot. They are read off the one wave that told the costs
-from the robot: the cheapest ways from it form a tree, and the way between two places through the
-point where theirs part is an upper bound, exact where rooms hang on corridors. Places in sight of
-one another take the straight way.
+A robot that passes a half seen room on its way to a large unseen one has to come back for it, or
+leaves it unseen for good. To weigh that, the ways *between* places are needed, not only those from
+the robot. They are read off the one wave that told the costs from the robot: the cheapest ways from
+it form a tree, and the way between two places through the point where theirs part is an upper
+bound, exact where rooms hang on corridors. Places in sight of one another take the straight way.
 
-Source: the upper bound is ours; rounds by nearest neighbour and 2-opt, Croes 1958.
+A route visits a place if what there is to gain is worth the way it makes the route longer. This
+is the lookahead that Simmons et al. 2000 name as future work: "moving to a given area may
+facilitate, or possibly hinder, subsequent exploration".
+
+Source: the bound on ways is ours; routes by insertion, as for the orienteering problem (Golden,
+Levy & Vohra 1987), and 2-opt (Croes 1958).
 """
 
 from __future__ import annotations
@@ -44,17 +49,25 @@ def ways_between(
     return lengths
 
 
-def round_lengths(between: Floats, first: Floats, beyond: Floats, wanted: _Indices) -> Floats:
-    """Return for each place how long a short round is that begins there, (N,) [m].
+def values_after(
+    between: Floats, gains: Floats, beyond: Floats, wanted: _Indices, worth: float
+) -> Floats:
+    """Return for each place what a good route is worth that goes on from there, (N,) [m2].
+
+    The worth of a route is what it gains less `worth` for each metre of way.
 
     Args:
         between: (N, N) [m] ways between places.
-        first: (N,) [m] ways from the robot.
+        gains: (N,) [m2].
         beyond: (N,) [m] what has to be driven beyond each place and back, once there, before the
-            round goes on; nothing of it counts at the round's end.
-        wanted: (M,) the places that every round visits.
+            route goes on; at its end nothing of it counts.
+        wanted: (M,) the places that the routes may visit.
+        worth: [m2 per m].
     """
-    return _round_lengths(between, first, beyond, wanted)
+    values = np.zeros(len(gains))
+    if len(wanted):
+        _values_after(between + beyond[:, np.newaxis], gains, beyond, wanted, worth, values)
+    return values
 
 
 @compiled
@@ -117,57 +130,74 @@ def _shorten(
 
 
 @compiled
-def _round_lengths(between: Floats, first: Floats, beyond: Floats, wanted: _Indices) -> Floats:
-    """Compiled body of `round_lengths`."""
-    lengths = np.empty(len(first))
-    order = np.empty(len(wanted) + 1, dtype=np.int64)
-    for j in range(len(first)):
-        count = _nearest_neighbours(between, wanted, j, order)
-        total = first[j]
-        for i in range(count):
-            total += beyond[order[i]]
-        lengths[j] = total + _improved(between, beyond, order[:count])
-    return lengths
+def _values_after(
+    steps: Floats, gains: Floats, beyond: Floats, wanted: _Indices, worth: float, values: Floats
+) -> None:
+    """Fill `values`; `steps` (N, N) [m] are ways between places with what lies beyond the first."""
+    route = np.empty(len(wanted) + 1, dtype=np.int64)
+    for start in range(len(gains)):
+        route[0] = start
+        count, value = _insert_all(steps, gains, wanted, worth, route)
+        values[start] = value + worth * _shorten_route(steps, beyond, route[:count])
 
 
 @compiled
-def _nearest_neighbours(between: Floats, wanted: _Indices, start: int, order: _Indices) -> int:
-    """Fill `order` with a round from `start` through all that is wanted; return its length."""
-    count = 1
-    order[0] = start
-    for k in wanted:
-        if k != start:
-            order[count] = k
-            count += 1
-    for i in range(1, count):
-        nearest = i
-        for k in range(i + 1, count):
-            if between[order[i - 1], order[k]] < between[order[i - 1], order[nearest]]:
-                nearest = k
-        order[i], order[nearest] = order[nearest], order[i]
-    return count
+def _insert_all(
+    steps: Floats, gains: Floats, wanted: _Indices, worth: float, route: _Indices
+) -> tuple[int, float]:
+    """Insert into a route from route[0] what pays most, until nothing pays.
+
+    Returns:
+        Number of places on the route, and what it is worth [m2].
+    """
+    count, value = 1, 0.0
+    on_route = np.zeros(len(gains), dtype=np.bool_)
+    on_route[route[0]] = True
+    while count <= len(wanted):
+        best, best_place, best_at = 0.0, -1, 0
+        for place in wanted:
+            if on_route[place] or gains[place] <= best:
+                continue
+            for at in range(1, count + 1):
+                longer = steps[route[at - 1], place]
+                if at < count:
+                    longer += steps[place, route[at]] - steps[route[at - 1], route[at]]
+                if gains[place] - worth * longer > best:
+                    best, best_place, best_at = gains[place] - worth * longer, place, at
+        if best_place < 0:
+            break
+        for k in range(count, best_at, -1):
+            route[k] = route[k - 1]
+        route[best_at] = best_place
+        on_route[best_place] = True
+        count += 1
+        value += best
+    return count, value
 
 
 @compiled
-def _improved(between: Floats, beyond: Floats, order: _Indices) -> float:
-    """Shorten an open round by 2-opt, in place; return its length less what lies beyond its end."""
-    count = len(order)
+def _shorten_route(steps: Floats, beyond: Floats, route: _Indices) -> float:
+    """Shorten an open route by 2-opt, in place; return by how much [m].
+
+    Ways back are as long as ways there, so only the ends of a reversed piece change, and at the
+    route's end what lies beyond its last place.
+    """
+    count, saved = len(route), 0.0
     for _ in range(_PASSES):
         better = False
         for i in range(1, count - 1):
             for j in range(i + 1, count):
-                before, a, b = order[i - 1], order[i], order[j]
-                gain = between[before, a] - between[before, b]
+                before, a, b = route[i - 1], route[i], route[j]
+                gain = steps[before, a] - steps[before, b]
                 if j + 1 < count:
-                    gain += between[b, order[j + 1]] - between[a, order[j + 1]]
+                    after = route[j + 1]
+                    gain += steps[b, after] - beyond[b] - steps[a, after] + beyond[a]
                 else:
                     gain += beyond[a] - beyond[b]
                 if gain > 1e-9:
-                    order[i : j + 1] = order[i : j + 1][::-1].copy()
+                    route[i : j + 1] = route[i : j + 1][::-1].copy()
+                    saved += gain
                     better = True
         if not better:
             break
-    total: float = -beyond[order[count - 1]]
-    for i in range(1, count):
-        total += between[order[i - 1], order[i]]
-    return total
+    return saved

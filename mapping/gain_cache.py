@@ -45,8 +45,7 @@ class GainCache:
         """
         cells = np.asarray(frontier_cells, dtype=np.int64).reshape(-1, 2)
         kept = self._still_right(changed, coarse.factor)
-        row_of = {(int(self._cells[k, 0]), int(self._cells[k, 1])): int(k) for k in kept}
-        known = np.array([row_of.get((int(iy), int(ix)), -1) for iy, ix in cells], dtype=np.int64)
+        known = _rows_of(cells, self._cells, kept)
         have, lack = known >= 0, known < 0
         gains, boxes = np.empty(len(cells)), np.empty((len(cells), 4), dtype=np.int64)
         gains[have], boxes[have] = self._gains[known[have]], self._boxes[known[have]]
@@ -65,3 +64,15 @@ class GainCache:
             apart = (low[:, 0] >= box.iy1) | (high[:, 0] <= box.iy0)
             right &= apart | (low[:, 1] >= box.ix1) | (high[:, 1] <= box.ix0)
         return np.flatnonzero(right)
+
+
+def _rows_of(cells: Cells, among: Cells, rows: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return for each of `cells` (N, 2) the one of `rows` in which `among` holds it, else -1."""
+    if not len(rows):
+        return np.full(len(cells), -1, dtype=np.int64)
+    keys = among[rows, 0] << 32 | among[rows, 1]
+    order = np.argsort(keys, kind="stable")
+    wanted = cells[:, 0] << 32 | cells[:, 1]
+    at = np.minimum(np.searchsorted(keys, wanted, sorter=order), len(rows) - 1)
+    found = rows[order[at]]
+    return np.where((among[found] == cells).all(axis=1), found, -1)

@@ -47,7 +47,7 @@ class MatchMap:
         scans: number of scans inserted.
     """
 
-    __slots__ = ("grid", "scans", "settings", "surfaces")
+    __slots__ = ("_points", "_scan", "grid", "scans", "settings", "surfaces")
 
     def __init__(self, settings: MapSettings | None = None) -> None:
         self.settings = settings or MapSettings()
@@ -55,6 +55,8 @@ class MatchMap:
         self.grid = OccupancyGrid.unknown(geometry)
         self.surfaces = SurfaceMap(geometry.shape, self.settings.surface)
         self.scans = 0
+        self._scan: LaserScan | None = None
+        self._points: Floats = np.empty((0, 4))
 
     def grow(self, x_min: float, y_min: float, x_max: float, y_max: float) -> Padding:
         """Grow to cover a rectangle [m], map frame; return by how much."""
@@ -72,7 +74,7 @@ class MatchMap:
         """
         self.grow(*scan_extent(scan, T_map_base))
         keep_above = self.settings.surface.occupied_above if cautious else np.inf
-        points_map = turned_points(scan_points(scan), T_map_base)
+        points_map = turned_points(self._points_of(scan), T_map_base)
         box = integrate_scan(
             self.grid, scan, T_map_base, self.settings.integration, keep_above, points_map
         )
@@ -80,6 +82,12 @@ class MatchMap:
         self.surfaces.update(self.grid, points_map, box, depth)
         self.scans += 1
         return box
+
+    def _points_of(self, scan: LaserScan) -> Floats:
+        """Return the end points of a scan; it is often inserted right after it was matched."""
+        if self._scan is not scan:
+            self._scan, self._points = scan, scan_points(scan)
+        return self._points
 
     def match(
         self,
@@ -92,7 +100,7 @@ class MatchMap:
         return match(
             self.grid,
             self.surfaces,
-            scan_points(scan),
+            self._points_of(scan),
             T_map_base_guess,
             prior_covariance,
             self.settings.matching,
@@ -111,7 +119,7 @@ class MatchMap:
         return posterior_density(
             self.grid,
             self.surfaces,
-            scan_points(scan),
+            self._points_of(scan),
             np.asarray(poses_map, dtype=np.float64),
             T_map_base_guess,
             prior_covariance,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -33,9 +34,8 @@ class LaserScan:
 
     @property
     def bearings(self) -> Floats:
-        """Bearings of all beams, (beams,) [rad], counter-clockwise from laser +x."""
-        beams = np.arange(len(self.ranges), dtype=np.float64)
-        return self.bearing_start + self.bearing_step * beams
+        """Bearings of all beams, (beams,) [rad], counter-clockwise from laser +x; read-only."""
+        return _rays(len(self.ranges), self.bearing_start, self.bearing_step)[0]
 
     @property
     def hits(self) -> npt.NDArray[np.bool_]:
@@ -47,9 +47,11 @@ class LaserScan:
         """Return the end points (N, 2) [m] of the beams that hit, in the robot's base frame."""
         hits = self.hits
         ranges = self.ranges[hits].astype(np.float64)
-        bearings = self.bearings[hits]
-        points_laser = np.column_stack((ranges * np.cos(bearings), ranges * np.sin(bearings)))
-        return self.T_base_laser.apply(points_laser)
+        directions = _rays(len(self.ranges), self.bearing_start, self.bearing_step)[1]
+        points_laser = ranges[:, np.newaxis] * directions[hits]
+        return (
+            points_laser if self.T_base_laser is IDENTITY else self.T_base_laser.apply(points_laser)
+        )
 
     def without(self, masked: npt.NDArray[np.bool_]) -> LaserScan:
         """Return the scan with the beams in `masked` (beams,) set to be ignored."""
@@ -65,3 +67,12 @@ class LaserScan:
             self.stamp,
             self.T_base_laser,
         )
+
+
+@lru_cache(maxsize=64)
+def _rays(beams: int, start: float, step: float) -> tuple[Floats, Floats]:
+    """Return the bearings (beams,) [rad] of a laser and their directions (beams, 2), read-only."""
+    bearings = start + step * np.arange(beams, dtype=np.float64)
+    directions = np.column_stack((np.cos(bearings), np.sin(bearings)))
+    bearings.flags.writeable = directions.flags.writeable = False
+    return bearings, directions

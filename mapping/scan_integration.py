@@ -217,10 +217,17 @@ def _integrate(
     filled = np.zeros((iy1 - iy0, ix1 - ix0), dtype=np.uint8)
     corner_x, corner_y = lattice[0] + ix0 * resolution, lattice[1] + iy0 * resolution
     _count_ends(ended, solid, corner_x, corner_y, resolution)
+    k = 0
     for i in range(ends.shape[0]):
+        own_iy = own_ix = -1
+        if hits[i]:
+            own_iy = int(math.floor((solid[k, 1] - corner_y) / resolution))
+            own_ix = int(math.floor((solid[k, 0] - corner_x) / resolution))
+            k += 1
         _count_beam(
             log_odds, passed, x, y, (ends[i, 0] - x0) / resolution, (ends[i, 1] - y0) / resolution,
-            margin / resolution if hits[i] else 0.0, iy0, ix0, np.float32(keep_above),
+            margin / resolution if hits[i] else 0.0, iy0, ix0, own_iy, own_ix,
+            np.float32(keep_above),
         )  # fmt: skip
     if surface_gap > 0.0:
         _close_surfaces(
@@ -230,7 +237,7 @@ def _integrate(
     for i in range(between.shape[0]):
         _count_beam(
             log_odds, filled, x, y, (between[i, 0] - x0) / resolution,
-            (between[i, 1] - y0) / resolution, 0.0, iy0, ix0, np.float32(0.0),
+            (between[i, 1] - y0) / resolution, 0.0, iy0, ix0, -1, -1, np.float32(0.0),
         )  # fmt: skip
     hit, miss = np.float32(weights[0]), np.float32(weights[1])
     lowest, highest = np.float32(weights[2]), np.float32(weights[3])
@@ -305,7 +312,7 @@ def _close_surfaces(
 ) -> None:
     """Let neighbouring beams that end close together also end in the cells between their ends.
 
-    Cells that beams pass, or that were seen to be free, are left as they are.
+    Cells that more than one beam passes, or that were seen to be free, are left as they are.
     """
     rows, cols = ended.shape
     k = -1
@@ -323,7 +330,7 @@ def _close_surfaces(
             ix = int(math.floor((solid[k, 0] + dx * j / pieces - corner_x) / resolution))
             if not (0 <= iy < rows and 0 <= ix < cols) or log_odds[iy + iy0, ix + ix0] < 0.0:
                 continue
-            if ended[iy, ix] == 0 and passed[iy, ix] == 0:
+            if ended[iy, ix] == 0 and passed[iy, ix] <= 1:
                 ended[iy, ix] = 1
 
 
@@ -338,9 +345,13 @@ def _count_beam(
     margin: float,
     iy0: int,
     ix0: int,
+    own_iy: int,
+    own_ix: int,
     keep_above: np.float32,
 ) -> None:
     """Walk one beam cell by cell and count it in every cell it passes.
+
+    The cell it ends in, (own_iy, own_ix) of `passed`, it does not pass.
 
     Args:
         x: start of the beam, in cells from the grid's origin corner; `y` alike.
@@ -367,7 +378,7 @@ def _count_beam(
         if 0 <= iy < rows and 0 <= ix < cols:
             if log_odds[iy + iy0, ix + ix0] > keep_above:
                 return
-            if passed[iy, ix] < 255:
+            if passed[iy, ix] < 255 and not (iy == own_iy and ix == own_ix):
                 passed[iy, ix] += 1
         if next_x < next_y:
             if next_x >= reach:

@@ -37,6 +37,10 @@ FACING_X, FACING_Y = math.cos(math.radians(64.0)), math.sin(math.radians(64.0))
 # Distances are kept as squares in cells, one byte each; this byte says "no wall within reach".
 FAR = 255
 
+# Fewer cells than this, hit fewer times than that, do not tell which way a surface runs. At the far
+# ends of a corridor single beams meet the walls at a slant, a good way apart: taken for posts they
+# would hold a robot back, as every scan has them at the same distances.
+FEW_CELLS, FEW_HITS = 3, 5.0
 
 NO_SURFEL = -1
 
@@ -287,6 +291,7 @@ def _fit_surfel(
     _, rows, cols = owned.shape
     layer = cells[k, 0]
     x0, y0 = sums[k, 1] / sums[k, 0], sums[k, 2] / sums[k, 0]
+    neighbours = 0
     n = sx = sy = sxx = sxy = syy = 0.0
     first = now
     for iy in range(max(0, cells[k, 1] - radius), min(rows, cells[k, 1] + radius + 1)):
@@ -299,6 +304,7 @@ def _fit_surfel(
             if agree <= 0.0:
                 continue
             w = sums[j, 0] * agree * agree
+            neighbours += 1
             first = min(first, sums[j, 5])
             x = sums[j, 1] / sums[j, 0] - x0
             y = sums[j, 2] / sums[j, 0] - y0
@@ -321,7 +327,7 @@ def _fit_surfel(
     surfels[k, 0] = x0 + (1.0 - blob) * mx
     surfels[k, 1] = y0 + (1.0 - blob) * my
     seen = min(n, now - first + 1.0)
-    trust = seen / (seen + doubt)
+    trust = 0.0 if neighbours < FEW_CELLS and n < FEW_HITS else seen / (seen + doubt)
     surfels[k, 2] = nx * nx + blob * ny * ny
     surfels[k, 3] = nx * ny * (1.0 - blob)
     surfels[k, 4] = ny * ny + blob * nx * nx

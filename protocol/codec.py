@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgpack
 import numpy as np
@@ -17,7 +17,8 @@ from pydantic import ValidationError
 
 from protocol.errors import FrameError, MessageError, UnknownTypeError, VersionError
 from protocol.fields import ArrayField, is_name
-from protocol.messages import EVERYONE, PROTOCOL_VERSION, FleetMessage, Message
+from protocol.fleet import FleetMessage
+from protocol.messages import EVERYONE, PROTOCOL_VERSION, Message
 from protocol.world_messages import WorldMessage
 
 MAX_PARTS = 8
@@ -28,8 +29,7 @@ MAX_FRAME_BYTES = 16_000_000
 Frame = list[bytes]
 
 
-@dataclass(frozen=True, slots=True)
-class Header:
+class Header(NamedTuple):
     """Envelope of a message.
 
     Attributes:
@@ -57,7 +57,7 @@ class _Kind:
 
     model: type[Message]
     arrays: tuple[str, ...]
-    plain: frozenset[str]
+    plain: set[str]
 
 
 def _kinds(union: Any) -> dict[str, _Kind]:
@@ -69,7 +69,7 @@ def _kinds(union: Any) -> dict[str, _Kind]:
             for name, field in model.model_fields.items()
             if any(isinstance(meta, ArrayField) for meta in field.metadata)
         )
-        plain = frozenset(set(model.model_fields) - set(arrays) - {"type"})
+        plain = set(model.model_fields) - set(arrays) - {"type"}
         table[model.model_fields["type"].default] = _Kind(model, arrays, plain)
     return table
 
@@ -79,26 +79,36 @@ KINDS: dict[str, _Kind] = {**_kinds(FleetMessage), **_kinds(WorldMessage)}
 
 def encode(header: Header, message: Message) -> Frame:
     """Return the frame of a message."""
-    kind = KINDS[message.type]
-    body = message.model_dump(include=set(kind.plain))
-    buffers = []
-    if kind.arrays:
-        shapes = []
-        for name in kind.arrays:
-            array: np.ndarray[Any, Any] = getattr(message, name)
-            shapes.append([name, array.dtype.str, list(array.shape)])
-            buffers.append(array.tobytes())
-        body["~"] = shapes
-    head = [
-        list(header.version),
+    return [encode_header(header), *encode_content(message)]
+
+
+def encode_header(header: Header) -> bytes:
+    """Return the first part of a frame."""
+    head = (
+        header.version,
         header.type,
         header.source,
         header.to,
         header.sequence,
         header.stamp,
         header.acknowledged,
-    ]
-    return [msgpack.packb(head), msgpack.packb(body), *buffers]
+    )
+    return bytes(msgpack.packb(head))
+
+
+def encode_content(message: Message) -> list[bytes]:
+    """Return the parts of a frame that follow its header: the same, whoever it is for."""
+    kind = KINDS[message.type]
+    body = message.__pydantic_serializer__.to_python(message, include=kind.plain)
+    buffers = []
+    if kind.arrays:
+        shapes = []
+        for name in kind.arrays:
+            array: np.ndarray[Any, Any] = getattr(message, name)
+            shapes.append((name, array.dtype.str, array.shape))
+            buffers.append(array.tobytes())
+        body["~"] = shapes
+    return [msgpack.packb(body), *buffers]
 
 
 def decode_header(frame: Sequence[bytes]) -> Header:
@@ -110,7 +120,7 @@ def decode_header(frame: Sequence[bytes]) -> Header:
     """
     if not 2 <= len(frame) <= MAX_PARTS or len(frame[0]) > MAX_HEADER_BYTES:
         raise FrameError("wrong number of parts or oversized header")
-    if sum(len(part) for part in frame) > MAX_FRAME_BYTES:
+    if sum(map(len, frame)) > MAX_FRAME_BYTES:
         raise FrameError(f"more than {MAX_FRAME_BYTES} bytes")
     head = _unpack(frame[0])
     if not isinstance(head, list) or len(head) < 7:
@@ -119,8 +129,12 @@ def decode_header(frame: Sequence[bytes]) -> Header:
     if not (
         isinstance(version, list)
         and len(version) == 2
-        and all(_is_count(number) for number in version)
-        and all(isinstance(text, str) and is_name(text) for text in (kind, source))
+        and _is_count(version[0])
+        and _is_count(version[1])
+        and isinstance(kind, str)
+        and is_name(kind)
+        and isinstance(source, str)
+        and is_name(source)
         and (to == EVERYONE or (isinstance(to, str) and is_name(to)))
         and _is_count(sequence)
         and _is_count(acknowledged)
@@ -157,7 +171,7 @@ def decode(frame: Sequence[bytes]) -> tuple[Header, Message]:
     described = body.pop("~", [])
     try:
         body.update(_arrays(described, frame[2:], kind.arrays))
-        return header, kind.model.model_validate(body)
+        return header, kind.model.__pydantic_validator__.validate_python(body)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])
@@ -168,7 +182,7 @@ def decode(frame: Sequence[bytes]) -> tuple[Header, Message]:
 
 def frame_bytes(frame: Iterable[bytes]) -> int:
     """Return the number of bytes of a frame on the wire, without the transport's own framing."""
-    return sum(len(part) for part in frame)
+    return sum(map(len, frame))
 
 
 def _unpack(data: bytes) -> object:
@@ -187,7 +201,7 @@ def _is_count(value: object) -> bool:
 def _arrays(
     described: object, buffers: Sequence[bytes], expected: tuple[str, ...]
 ) -> dict[str, np.ndarray[Any, Any]]:
-    """Rebuild the arrays of a message; they are aligned copies and read-only."""
+    """Rebuild the arrays of a message; they are read-only and aligned, as `bytes` always are."""
     if not isinstance(described, list) or len(described) != len(buffers):
         raise ValueError("arrays and buffers do not match")
     arrays: dict[str, np.ndarray[Any, Any]] = {}
@@ -199,13 +213,11 @@ def _arrays(
             raise ValueError("unexpected array")
         if not all(_is_count(length) for length in shape) or len(shape) > 3:
             raise ValueError("bad array shape")
-        dtype = np.dtype(dtype_name)
+        dtype = _DTYPES[dtype_name]
         if math.prod(shape) * dtype.itemsize != len(buffer):
             raise ValueError("array shape does not match its bytes")
-        array = np.frombuffer(bytearray(buffer), dtype=dtype).reshape(shape)
-        array.flags.writeable = False
-        arrays[name] = array
+        arrays[name] = np.frombuffer(bytes(buffer), dtype=dtype).reshape(shape)
     return arrays
 
 
-_DTYPES = frozenset(("<f4", "<f8", "|u1", "|i1", "<i4", "<i8"))
+_DTYPES = {name: np.dtype(name) for name in ("<f4", "<f8", "|u1", "|i1", "<i4", "<i8")}

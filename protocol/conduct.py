@@ -13,7 +13,6 @@ from contextlib import suppress
 
 import msgpack
 import zmq
-import zmq.asyncio
 
 from protocol.effects import Note
 from protocol.errors import FrameError
@@ -29,12 +28,13 @@ from protocol.transports.bundles import (
     pack_bundle,
     unpack_parcels,
 )
+from protocol.transports.port import Port
 
 PING_PERIOD = 0.5  # [s], wall; how soon a dead process is noticed
 LINGER_MS = 500
 
 
-def bind_router(context: zmq.asyncio.Context, endpoint: str) -> zmq.asyncio.Socket:
+def bind_router(context: zmq.Context[zmq.Socket[bytes]], endpoint: str) -> zmq.Socket[bytes]:
     """Return a ROUTER socket bound to `endpoint` that notices vanished peers.
 
     Raises:
@@ -58,7 +58,7 @@ def bind_router(context: zmq.asyncio.Context, endpoint: str) -> zmq.asyncio.Sock
     return socket
 
 
-def bound_endpoint(socket: zmq.asyncio.Socket) -> str:
+def bound_endpoint(socket: zmq.Socket[bytes]) -> str:
     """Return where a bound socket really listens; port 0 was replaced by a free one."""
     return bytes(socket.getsockopt(zmq.LAST_ENDPOINT)).rstrip(b"\0").decode()
 
@@ -68,7 +68,7 @@ class Stage:
 
     Args:
         conductor: the world and its members.
-        socket: a bound ROUTER.
+        port: a bound ROUTER.
         expected: names that must be there before the mission begins.
         on_note: is told each line that the world logs.
     """
@@ -76,12 +76,12 @@ class Stage:
     def __init__(
         self,
         conductor: Conductor,
-        socket: zmq.asyncio.Socket,
+        port: Port,
         expected: Iterable[str],
         on_note: Callable[[Note], None],
     ) -> None:
         self._conductor = conductor
-        self._socket = socket
+        self._port = port
         self._expected = frozenset(expected)
         self._on_note = on_note
         self._routes: dict[str, bytes] = {}
@@ -94,12 +94,12 @@ class Stage:
         began = time.monotonic() - self._conductor.now
         while self._conductor.stopped is None and keep_going():
             for bundle in self._conductor.begin():
-                await self._send(bundle)
+                self._send(bundle)
             await wait(began + self._conductor.now + self._conductor.step, keep_going)
             self._report()
         self._report()
         for name in list(self._routes):
-            await self._send_to(name, [OVER])
+            self._send_to(name, [OVER])
         return self._conductor.stopped or "broken off"
 
     async def _gather(self, keep_going: Callable[[], bool]) -> None:
@@ -107,7 +107,7 @@ class Stage:
         asked = time.monotonic()
         while keep_going() and (missing := self._expected - set(self._routes)):
             await self._take(0.2)
-            await self._ping()
+            self._ping()
             if time.monotonic() - asked > 10.0:
                 asked = time.monotonic()
                 self._on_note(Note("info", f"waiting for {', '.join(sorted(missing))} to join"))
@@ -116,61 +116,61 @@ class Stage:
         """Lockstep: wait for the answers of all members that have this instant."""
         while self._conductor.awaited and keep_going():
             await self._take(PING_PERIOD)
-            await self._ping()
+            self._ping()
 
     async def _until_time(self, due: float, keep_going: Callable[[], bool]) -> None:
         """Real time: take answers as they come until the next instant is due."""
         while (left := due - time.monotonic()) > 0.0 and keep_going():
             await self._take(min(left, PING_PERIOD))
-            await self._ping()
+            self._ping()
 
-    async def _ping(self) -> None:
+    def _ping(self) -> None:
         """Ping everybody now and then: finds who is gone, and tells the rest that we are here."""
         if time.monotonic() < self._next_ping:
             return
         self._next_ping = time.monotonic() + PING_PERIOD
         for name in sorted(self._routes):
-            await self._send_to(name, [PING])
+            self._send_to(name, [PING])
 
     async def _take(self, timeout: float) -> bool:
         """Take one message, if one comes within `timeout` [s]; return whether one came."""
-        if not await self._socket.poll(max(int(timeout * 1000), 1)):
+        message = await self._port.take(timeout)
+        if message is None:
             return False
-        message = await self._socket.recv_multipart()
         identity, kind = message[0], message[1] if len(message) > 1 else b""
         name = identity.split(b"#")[0].decode("utf-8", "replace")
         if not is_name(name):
             return True
         if kind == JOIN:
-            await self._join(name, identity)
+            self._join(name, identity)
         elif kind == DONE and self._routes.get(name) == identity:
             self._done(name, message[1:])
         return True
 
-    async def _join(self, name: str, identity: bytes) -> None:
+    def _join(self, name: str, identity: bytes) -> None:
         """Take a process in, or refuse a name that is unknown or taken."""
         if name not in self._expected:
-            await self._refuse(
+            self._refuse(
                 identity, f"no robot named {name!r} here: use {', '.join(sorted(self._expected))}"
             )
             return
         if self._routes.get(name) == identity:
             return  # it knocked more than once before the door was open
         if name in self._routes:
-            await self._send_to(name, [PING])  # notices when the holder of the name is gone
+            self._send_to(name, [PING])  # notices when the holder of the name is gone
         if name in self._routes:
-            await self._refuse(identity, f"the name {name!r} is taken by a live process")
+            self._refuse(identity, f"the name {name!r} is taken by a live process")
             return
         self._routes[name] = identity
         incarnation = self._conductor.join(name)
-        await self._send_to(name, [WELCOME, msgpack.packb(incarnation)])
+        self._send_to(name, [WELCOME, msgpack.packb(incarnation)])
 
-    async def _refuse(self, identity: bytes, reason: str) -> None:
+    def _refuse(self, identity: bytes, reason: str) -> None:
         """Tell a process why it is not taken in."""
         self._on_note(Note("warning", f"refused to join: {reason}"))
         message = [identity, REFUSE, msgpack.packb(reason)]
         with suppress(zmq.ZMQError):  # whoever asked may be gone already
-            await self._socket.send_multipart(message, flags=zmq.DONTWAIT)
+            self._port.send(message)
 
     def _done(self, name: str, message: list[bytes]) -> None:
         """Take a member's answer; one that cannot be read ends its part in the mission."""
@@ -185,14 +185,14 @@ class Stage:
         if len(meta) > 1 and meta[1] is not None:
             self._leave(name)
 
-    async def _send(self, bundle: Bundle) -> None:
+    def _send(self, bundle: Bundle) -> None:
         """Send a member its bundle."""
-        await self._send_to(bundle.member, pack_bundle(bundle))
+        self._send_to(bundle.member, pack_bundle(bundle))
 
-    async def _send_to(self, name: str, message: list[bytes]) -> None:
+    def _send_to(self, name: str, message: list[bytes]) -> None:
         """Send a member something; notice when it is gone."""
         try:
-            await self._socket.send_multipart([self._routes[name], *message], flags=zmq.DONTWAIT)
+            self._port.send([self._routes[name], *message])
         except zmq.ZMQError:
             self._on_note(
                 Note("warning", f"{name} is gone: its process ended or cannot be reached")

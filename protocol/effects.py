@@ -13,14 +13,13 @@ understand. `joined` and `left` tell about peers.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from protocol.codec import Frame, Header
 from protocol.messages import Message
 
 
-@dataclass(frozen=True, slots=True)
-class Received:
+class Received(NamedTuple):
     """A valid message arrived on `channel` from the peer named in its header."""
 
     channel: str
@@ -28,8 +27,7 @@ class Received:
     message: Message
 
 
-@dataclass(frozen=True, slots=True)
-class Passing:
+class Passing(NamedTuple):
     """A frame arrived on a raw channel; only its header was looked at."""
 
     channel: str
@@ -57,8 +55,7 @@ class PeerLeft:
 Event = Received | Passing | Rejected | PeerLeft
 
 
-@dataclass(frozen=True, slots=True)
-class Send:
+class Send(NamedTuple):
     """Send a message to a peer."""
 
     channel: str
@@ -66,8 +63,7 @@ class Send:
     message: Message
 
 
-@dataclass(frozen=True, slots=True)
-class PassOn:
+class PassOn(NamedTuple):
     """Send a frame on to a peer as it came, byte for byte."""
 
     channel: str

@@ -20,6 +20,7 @@ from pydantic_core import core_schema
 from mapping.geometry import Pose2, wrap_angle
 
 LARGEST_COORDINATE = 1.0e5  # [m]; a pose farther out than 100 km is a fault, not a place
+LARGEST_EDGE = 20_000  # rows or columns of a map that can be said at all
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,23 +47,21 @@ class ArrayField:
         """
         if not isinstance(value, np.ndarray):
             raise ValueError("not an array")
-        if value.dtype != np.dtype(self.dtype):
+        if value.dtype != self.dtype:
             raise ValueError(f"dtype {value.dtype}, want {self.dtype}")
         if value.ndim != len(self.shape):
             raise ValueError(f"{value.ndim} dimensions, want {len(self.shape)}")
-        if any(
-            want is not None and have != want
-            for have, want in zip(value.shape, self.shape, strict=True)
-        ):
-            raise ValueError(f"shape {value.shape}, want {self.shape}")
+        for have, want in zip(value.shape, self.shape, strict=True):
+            if want is not None and have != want:
+                raise ValueError(f"shape {value.shape}, want {self.shape}")
         if value.size > self.max_elements:
             raise ValueError(f"{value.size} elements, at most {self.max_elements}")
-        if self.finite and value.dtype.kind == "f" and not np.isfinite(value).all():
+        if self.finite and value.dtype.kind == "f" and not _all_finite(value):
             raise ValueError("not all finite")
-        array = np.ascontiguousarray(value)
-        if array.flags.writeable:
-            array = array.view()
-            array.flags.writeable = False
+        if value.flags.c_contiguous and not value.flags.writeable:
+            return value
+        array = np.ascontiguousarray(value).view()
+        array.flags.writeable = False
         return array
 
     def __get_pydantic_core_schema__(
@@ -70,6 +69,11 @@ class ArrayField:
     ) -> core_schema.CoreSchema:
         """Let pydantic call `check` wherever this annotation stands."""
         return core_schema.no_info_plain_validator_function(self.check)
+
+
+def _all_finite(array: npt.NDArray[Any]) -> bool:
+    """Whether an array of floats holds neither NaN nor infinity."""
+    return not array.size or bool(np.logical_and.reduce(np.isfinite(array), axis=None))
 
 
 Ranges = Annotated[npt.NDArray[np.float32], ArrayField("float32", (None,), 4096)]

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
-from protocol.codec import Frame, Header, decode, decode_header, encode
+from protocol.codec import Frame, Header, decode, decode_header, encode_content, encode_header
 from protocol.effects import (
     Core,
     Effect,
@@ -26,11 +27,10 @@ from protocol.effects import (
     Strike,
 )
 from protocol.errors import FrameError, ProtocolError, UnknownTypeError
-from protocol.messages import WORLD
+from protocol.messages import WORLD, Message
 
 
-@dataclass(frozen=True, slots=True)
-class Parcel:
+class Parcel(NamedTuple):
     """A frame on its way: the channel it leaves by or arrives on, and the peer at the other end."""
 
     channel: str
@@ -128,8 +128,12 @@ class Host:
 
     def _carry_out(self, effects: Iterable[Effect], now: float, outbox: Outbox) -> None:
         """Sort effects into the outbox, encoding messages."""
+        said: Message | None = None
+        content: list[bytes] = []
         for effect in effects:
             if isinstance(effect, Send):
+                if effect.message is not said:  # what several peers are told is encoded once
+                    said, content = effect.message, encode_content(effect.message)
                 self._sequences[effect.channel, effect.to] += 1
                 header = Header(
                     effect.message.type,
@@ -138,7 +142,7 @@ class Host:
                     self._sequences[effect.channel, effect.to],
                     now,
                 )
-                frame = encode(header, effect.message)
+                frame = [encode_header(header), *content]
                 outbox.parcels.append(Parcel(effect.channel, effect.to, frame))
             elif isinstance(effect, PassOn):
                 outbox.parcels.append(Parcel(effect.channel, effect.to, effect.frame))

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from protocol.effects import Note, Strike
 from protocol.host import Host, Outbox, Parcel
@@ -44,8 +45,7 @@ class Member:
     incarnation: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Bundle:
+class Bundle(NamedTuple):
     """All that one member gets at one instant."""
 
     member: str

@@ -21,7 +21,9 @@ COMPRESSION_LEVEL = 1
 
 def quantise(log_odds: npt.NDArray[np.float32]) -> npt.NDArray[np.int8]:
     """Return log-odds as steps of 1/20, clipped to +-127, int8 of the same shape."""
-    steps = np.clip(np.rint(log_odds * STEPS_PER_LOG_ODD), -LARGEST_STEP, LARGEST_STEP)
+    steps = log_odds * np.float32(STEPS_PER_LOG_ODD)
+    np.rint(steps, out=steps)
+    np.clip(steps, -LARGEST_STEP, LARGEST_STEP, out=steps)
     cells: npt.NDArray[np.int8] = steps.astype(np.int8)
     return cells
 

@@ -1,8 +1,8 @@
-"""The fleet protocol: what robots, server, operators and observers say to each other.
+"""The fleet protocol: what robots and server say to each other.
 
-Frozen pydantic models in one union keyed by `type`. Fields carry their unit in the name. Arrays are
-fields of the message itself, never nested, and travel as raw buffers. Receivers ignore fields they
-do not know; a type they do not know is counted and dropped.
+Frozen pydantic models in one union keyed by `type`, see `protocol.fleet`. Fields carry their unit
+in the name. Arrays are fields of the message itself, never nested, and travel as raw buffers.
+Receivers ignore fields they do not know; a type they do not know is counted and dropped.
 
 Poses on the wire are [x, y, theta] in metres and radians; times are mission seconds.
 """
@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from protocol.body import WireBody
 from protocol.fields import (
+    LARGEST_EDGE,
     NO_NUMBERS,
     NO_POINTS,
     Bytes,
@@ -174,8 +175,8 @@ class MapSnapshot(Message):
     resolution_m: Positive
     origin_x_m: Coordinate
     origin_y_m: Coordinate
-    rows: Annotated[int, Field(ge=1, le=20000)]
-    cols: Annotated[int, Field(ge=1, le=20000)]
+    rows: Annotated[int, Field(ge=1, le=LARGEST_EDGE)]
+    cols: Annotated[int, Field(ge=1, le=LARGEST_EDGE)]
     cells: Bytes
 
 
@@ -191,8 +192,8 @@ class MapDelta(Message):
     resolution_m: Positive
     lattice_x: Annotated[int, Field(ge=-(10**7), le=10**7)]
     lattice_y: Annotated[int, Field(ge=-(10**7), le=10**7)]
-    rows: Annotated[int, Field(ge=1, le=20000)]
-    cols: Annotated[int, Field(ge=1, le=20000)]
+    rows: Annotated[int, Field(ge=1, le=LARGEST_EDGE)]
+    cols: Annotated[int, Field(ge=1, le=LARGEST_EDGE)]
     cells: Bytes
 
 
@@ -211,8 +212,8 @@ class Bid(Message):
 
     `places_map` (n, 2) [m]; `gains` (n,) expected information [m2]; `costs_m` (n,) path length
     [m]; `rectangles_map` (n, 4) x_min, y_min, x_max, y_max [m] of the information gain regions.
-    `detours_m` (n,) [m]: how much longer a round through all its places gets when the robot goes
-    there first; empty from a robot that does not tell. `unreachable_map` (k, 2) are frontier places
+    `losses` (n,) [m2]: how much less the robot expects of the rest of its route when it goes there
+    first; empty from a robot that does not look ahead. `unreachable_map` (k, 2) are frontier places
     this body cannot get to.
     """
 
@@ -225,7 +226,7 @@ class Bid(Message):
     costs_m: Numbers
     rectangles_map: Rectangles
     unreachable_map: Points
-    detours_m: Numbers = NO_NUMBERS
+    losses: Numbers = NO_NUMBERS
 
 
 class Award(Message):
@@ -277,90 +278,3 @@ class MissionEnd(Message):
     type: Literal["mission_end"] = "mission_end"
     ended: Literal["explored", "time_limit", "coverage", "operator", "failed"]
     reason: Text = ""
-
-
-# --- operators and observers -------------------------------------------------------------------
-
-
-class VisitRequest(Message):
-    """An operator wants a robot at a place of the team's map."""
-
-    type: Literal["visit_request"] = "visit_request"
-    robot: Name
-    x_m: Coordinate
-    y_m: Coordinate
-
-
-class PauseRequest(Message):
-    """An operator halts a robot."""
-
-    type: Literal["pause_request"] = "pause_request"
-    robot: Name
-
-
-class ResumeRequest(Message):
-    """An operator gives a robot back to the team, after a pause, a visit or a drive."""
-
-    type: Literal["resume_request"] = "resume_request"
-    robot: Name
-
-
-class DriveRequest(Message):
-    """An operator drives a robot by hand; it halts when no further request comes in time."""
-
-    type: Literal["drive_request"] = "drive_request"
-    robot: Name
-    speed_m_s: Finite
-    turn_rate_rad_s: Finite
-
-
-class StopRequest(Message):
-    """An operator, or the judge, ends the mission."""
-
-    type: Literal["stop_request"] = "stop_request"
-    ended: Literal["operator", "coverage", "time_limit"] = "operator"
-
-
-class Answer(Message):
-    """The server's answer to an operator."""
-
-    type: Literal["answer"] = "answer"
-    accepted: bool
-    text: Text
-
-
-class RobotLost(Message):
-    """To observers: a robot's name and what became of it (`lost`, `back`)."""
-
-    type: Literal["robot_lost"] = "robot_lost"
-    robot: Name
-    state: Literal["lost", "back"]
-
-
-FleetMessage = Annotated[
-    Hello
-    | Welcome
-    | Refused
-    | Heartbeat
-    | TeamPoses
-    | ScanReport
-    | ReportsReceived
-    | PoseUpdate
-    | MapSnapshot
-    | MapDelta
-    | MapRequest
-    | Bid
-    | Award
-    | Terminate
-    | TaskProgress
-    | TaskEnd
-    | MissionEnd
-    | VisitRequest
-    | PauseRequest
-    | ResumeRequest
-    | DriveRequest
-    | StopRequest
-    | Answer
-    | RobotLost,
-    Field(discriminator="type"),
-]

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 
 import msgpack
 import zmq
-import zmq.asyncio
 
 from protocol.effects import Note
 from protocol.errors import RefusedError
@@ -28,10 +28,11 @@ from protocol.transports.bundles import (
     unpack_bundle,
 )
 from protocol.transports.direct import DirectPeers
+from protocol.transports.port import Port
 
-JOIN_PERIOD_MS = 1000
-WORLD_SILENCE_MS = 60_000  # the world pings all the time: a minute of nothing means it is gone
-PATIENCE_MS = 5_000  # a person who waits for the world longer than this is told so
+JOIN_PERIOD = 1.0
+WORLD_SILENCE = 60.0  # the world pings all the time: a minute of nothing means it is gone
+PATIENCE = 5.0  # a person who waits for the world longer than this is told so
 
 
 class Runner:
@@ -59,7 +60,7 @@ class Runner:
         self._direct = direct
         self._keep_going = keep_going
 
-    async def run(self, context: zmq.asyncio.Context) -> str:
+    async def run(self, context: zmq.Context[zmq.Socket[bytes]]) -> str:
         """Take part until the mission is over; return why it ended for this process.
 
         Raises:
@@ -71,27 +72,28 @@ class Runner:
         socket.setsockopt(zmq.LINGER, 500)
         socket.setsockopt(zmq.HEARTBEAT_IVL, 1000)
         socket.connect(self._endpoint)
+        port = Port(socket)
         try:
-            return await self._take_part(socket)
+            return await self._take_part(port)
         finally:
-            socket.close()
+            port.close()
 
-    async def _take_part(self, socket: zmq.asyncio.Socket) -> str:
+    async def _take_part(self, port: Port) -> str:
         """Join, then live through instants until it is over."""
-        joined, quiet = False, 0
-        await socket.send_multipart([JOIN])
+        joined, quiet = False, 0.0
+        self._knock(port)
         while self._keep_going():
-            if not await socket.poll(JOIN_PERIOD_MS):
-                quiet += JOIN_PERIOD_MS
+            message = await port.take(JOIN_PERIOD)
+            if message is None:
+                quiet += JOIN_PERIOD
                 if not joined:
-                    await socket.send_multipart([JOIN])
-                    if quiet == PATIENCE_MS:
+                    self._knock(port)
+                    if quiet == PATIENCE:
                         self._on_note(Note("info", f"waiting for the world at {self._endpoint}"))
-                elif quiet >= WORLD_SILENCE_MS:
+                elif quiet >= WORLD_SILENCE:
                     raise TimeoutError(f"the world at {self._endpoint} fell silent")
                 continue
-            quiet = 0
-            message = await socket.recv_multipart()
+            quiet = 0.0
             if message[0] == WELCOME and not joined:
                 joined = True
                 self._host.restart(int(msgpack.unpackb(message[1])))
@@ -100,12 +102,17 @@ class Runner:
             elif message[0] == OVER:
                 return "over"
             elif message[0] == INSTANT:
-                reason = await self._live(socket, unpack_bundle(self._host.name, message))
+                reason = self._live(port, unpack_bundle(self._host.name, message))
                 if reason is not None:
                     return reason
         return "broken off"
 
-    async def _live(self, socket: zmq.asyncio.Socket, bundle: Bundle) -> str | None:
+    def _knock(self, port: Port) -> None:
+        """Ask the world to be taken in."""
+        with suppress(zmq.Again):  # nobody is there, and has not been for very long
+            port.send([JOIN])
+
+    def _live(self, port: Port, bundle: Bundle) -> str | None:
         """Live through one instant and answer; return why the core stopped, or None."""
         if bundle.strike == "kill":
             return None
@@ -113,18 +120,18 @@ class Runner:
             self._host.restart(bundle.incarnation)
         parcels = bundle.parcels
         if self._direct is not None:
-            parcels = parcels + await self._direct.arrivals()
+            parcels = parcels + self._direct.arrivals()
         outbox = self._host.advance(parcels, bundle.now)
-        await self._answer(socket, outbox)
+        self._answer(port, outbox)
         return outbox.stop
 
-    async def _answer(self, socket: zmq.asyncio.Socket, outbox: Outbox) -> None:
+    def _answer(self, port: Port, outbox: Outbox) -> None:
         """Send what the core wants sent: to direct peers directly, the rest with the answer."""
         through_world: list[Parcel] = []
         for parcel in outbox.parcels:
-            if self._direct is None or not await self._direct.send(parcel):
+            if self._direct is None or not self._direct.send(parcel):
                 through_world.append(parcel)
         meta = [self._host.next_deadline, outbox.stop]
-        await socket.send_multipart(pack_parcels(DONE, meta, through_world))
+        port.send(pack_parcels(DONE, meta, through_world))
         for note in outbox.notes:
             self._on_note(note)

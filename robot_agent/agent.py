@@ -6,20 +6,23 @@ clock, no socket and no file: the same core runs in a simulated team and on a re
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from mapping.geometry import IDENTITY, Pose2, wrap_angle
+from mapping.geometry import IDENTITY, Pose2
 from mapping.scan import LaserScan
 from protocol import messages as words
 from protocol.body import Body
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send, Stop
+from protocol.fault_book import FaultBook
 from protocol.messages import SERVER, Message
-from protocol.world_messages import BodyFrame, Join, Joined, JoinRefused, MotionCommand, Shutdown
+from protocol.world_messages import BodyFrame, Join, Joined, JoinRefused, Shutdown
 from robot_agent.explorer import Explorer
 from robot_agent.local_mapping import LocalMapping
+from robot_agent.look_around import LookAround
+from robot_agent.map_following import MapFollower
+from robot_agent.motion_commands import MotionCommands
 from robot_agent.navigation import Navigator
 from robot_agent.novelty import unseen_area
 from robot_agent.planning_map import PlanningMap
@@ -29,8 +32,6 @@ from robot_agent.team_view import Teammates
 
 _EPSILON = 1e-9
 _NO_POINTS = np.zeros((0, 2))
-_FULL_TURN = math.radians(340.0)  # a half-turn lidar has then seen every direction twice
-_COMMAND_PERIOD = 0.3  # [s]; shorter than the time after which a body halts by itself
 _PATH_POINTS = 64  # of its path a robot announces this many points, nearest first
 
 
@@ -52,20 +53,18 @@ class Agent:
         self._welcome = False
         self._ended = False
         self._aligned = False
-        self._turned = 0.0
-        self._T_wheel_before: Pose2 | None = None
+        self._look = LookAround(settings.look_around)
         self._T_map_odom = IDENTITY
         self._points_base = _NO_POINTS
         self._speed = 0.0
         self._path_map = np.zeros((0, 2), dtype=np.float32)
         self._news: Sequence[Message] = ()
-        self._commanded: tuple[float, float] | None = None
-        self._next_command = 0.0
+        self._commands = MotionCommands()
         self._next_heartbeat = 0.0
         self._next_hello = 0.0
-        self._map_asked = -math.inf
+        self._follower: MapFollower | None = None
         self._body_parts: tuple[LocalMapping, PlanningMap, Explorer, TaskWork] | None = None
-        self.rejected = 0
+        self._dropped = FaultBook()
         self._answers: dict[type[Message], Callable[[Message, float], list[Effect]]] = {
             Joined: self._switch_on,
             JoinRefused: self._give_up,
@@ -92,8 +91,7 @@ class Agent:
     def handle(self, event: Event, now: float) -> list[Effect]:
         """Take a body frame or a word of the fleet."""
         if isinstance(event, Rejected):
-            self.rejected += 1
-            return [Note("warning", f"dropped a frame of {event.source}: {event.reason}")]
+            return list(self._dropped.enter("a frame", event.source, event.reason))
         if not isinstance(event, Received):
             return []
         answer = self._answers.get(type(event.message))
@@ -129,10 +127,12 @@ class Agent:
         self._next_hello = now
         settings = self.settings
         planning_map = PlanningMap(body.radius_m, settings.navigation.planning_map)
+        explorer = Explorer(body, settings.explorer, planning_map)
+        self._follower = MapFollower(planning_map, explorer, settings.hello_period_s, self._dropped)
         self._body_parts = (
             LocalMapping(body, settings.mapping),
             planning_map,
-            Explorer(body, settings.explorer, planning_map),
+            explorer,
             TaskWork(Navigator(body, settings.navigation, self.name), body, settings.task),
         )
         return self.tick(now)
@@ -144,11 +144,11 @@ class Agent:
             return []
         mapping, planning_map, explorer, work = self._body_parts
         if len(message.ranges):
-            sweep = self._sweep_of(message)
-            mapping.take(self._without_teammates(sweep, message, mapping), message.T_wheel_base)
+            mapping.take(self._scan_of(message, mapping), message.T_wheel_base)
             self._points_base = mapping.scan.points_base() if mapping.scan else _NO_POINTS
-            if not (self._looked and self._aligned):
-                mapping.sight(self._teammates.find_in(sweep, self._joined.body or Body()))
+            if not (self._look.done and self._aligned):
+                body = self._joined.body or Body()
+                mapping.sight(self._teammates.find_in(self._sweep_of(message), body))
         mapping.move(message.T_wheel_base)
         if self._looks_around(message):
             rate = (self._joined.body or Body()).drive.turn_rate_max_rad_s
@@ -167,11 +167,18 @@ class Agent:
         ):
             effects.append(Send("radio", SERVER, mapping.report()))
         T_map_base = self._T_map_odom @ mapping.T_odom_base
-        ready = self._aligned and self._looked and not self._ended
+        ready = self._aligned and self._look.done and not self._ended
         if ready and work.wants_bids:
             bid = explorer.bid(T_map_base, self._teammates.places, work.idle, now)
             effects += [Send("radio", SERVER, bid)] if bid else []
         return [*effects, *self._heartbeat(mapping, planning_map, now)]
+
+    def _scan_of(self, frame: BodyFrame, mapping: LocalMapping) -> LaserScan:
+        """Return the sweep of a frame, without beams that hit teammates."""
+        mapping.move(frame.T_wheel_base)
+        T_map_base = self._T_map_odom @ mapping.T_odom_base
+        sweep = self._sweep_of(frame)
+        return self._teammates.mask(sweep, T_map_base, self.settings.mapping.teammate_margin_m)
 
     def _sweep_of(self, frame: BodyFrame) -> LaserScan:
         """Return the sweep of a frame as measured."""
@@ -185,26 +192,10 @@ class Agent:
             frame.stamp_s,
         )
 
-    def _without_teammates(
-        self, sweep: LaserScan, frame: BodyFrame, mapping: LocalMapping
-    ) -> LaserScan:
-        """Return a sweep without the beams that hit teammates."""
-        mapping.move(frame.T_wheel_base)
-        T_map_base = self._T_map_odom @ mapping.T_odom_base
-        return self._teammates.mask(sweep, T_map_base, self.settings.mapping.teammate_margin_m)
-
-    @property
-    def _looked(self) -> bool:
-        """Whether the robot has seen all that is around its start."""
-        return self._turned >= _FULL_TURN or not self.settings.look_around
-
     def _looks_around(self, frame: BodyFrame) -> bool:
         """Whether to turn on the spot: once, and on until the server has placed the robot."""
-        if self._T_wheel_before is not None:
-            turned = wrap_angle(frame.T_wheel_base.theta - self._T_wheel_before.theta)
-            self._turned += abs(turned)
-        self._T_wheel_before = frame.T_wheel_base
-        return not self._ended and not (self._looked and self._aligned)
+        self._look.follow(frame.T_wheel_base)
+        return not self._ended and not (self._look.done and self._aligned)
 
     def _drive(self, frame: BodyFrame, now: float) -> list[Effect]:
         """Let the task in hand drive the body."""
@@ -221,13 +212,8 @@ class Agent:
         return [*commands, *news]
 
     def _command(self, speed: float, turn_rate: float, now: float) -> list[Effect]:
-        """Command the body; a command holds for a while, so it is not said again at once."""
-        if (speed, turn_rate) == self._commanded and now < self._next_command - _EPSILON:
-            return []
-        self._commanded = (speed, turn_rate)
-        self._next_command = now + _COMMAND_PERIOD
-        command = MotionCommand(speed_m_s=speed, turn_rate_rad_s=turn_rate)
-        return [Send("body", "world", command)]
+        command = self._commands.say(speed, turn_rate, now)
+        return [] if command is None else [Send("body", "world", command)]
 
     def _heartbeat(
         self, mapping: LocalMapping, planning_map: PlanningMap, now: float
@@ -279,33 +265,11 @@ class Agent:
 
     def _map_snapshot(self, message: Message, now: float) -> list[Effect]:
         assert isinstance(message, words.MapSnapshot)
-        if self._body_parts is None:
-            return []
-        _, planning_map, explorer, _ = self._body_parts
-        try:
-            planning_map.apply_snapshot(message)
-        except ValueError as error:
-            return [Note("warning", f"map of the server dropped: {error}")]
-        explorer.map_changed(None)
-        return []
+        return self._follower.snapshot(message) if self._follower else []
 
     def _map_delta(self, message: Message, now: float) -> list[Effect]:
-        """Apply a change of the team's map; ask for the whole of it when one was missed."""
         assert isinstance(message, words.MapDelta)
-        if self._body_parts is None:
-            return []
-        _, planning_map, explorer, _ = self._body_parts
-        try:
-            box = planning_map.apply_delta(message)
-        except ValueError as error:
-            return [Note("warning", f"map change of the server dropped: {error}")]
-        if box is not None:
-            explorer.map_changed(box)
-            return []
-        if now - self._map_asked < self.settings.hello_period_s:
-            return []
-        self._map_asked = now
-        return [Send("radio", SERVER, words.MapRequest(have=planning_map.number))]
+        return self._follower.delta(message, now) if self._follower else []
 
     def _award(self, message: Message, now: float) -> list[Effect]:
         assert isinstance(message, words.Award)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import zmq.asyncio
+import zmq
 
 from protocol.effects import Note
 from protocol.host import Host
@@ -26,7 +26,7 @@ async def run_agent(
         protocol.errors.RefusedError: the world does not take the robot in.
         TimeoutError: the world fell silent.
     """
-    context = zmq.asyncio.Context()
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     try:
         return await Runner(host, world, on_note, keep_going=keep_going).run(context)
     finally:

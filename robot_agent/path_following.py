@@ -72,26 +72,18 @@ class DrivenPath:
 
     def point_at(self, length: float) -> tuple[float, float]:
         """Return the point (x, y) [m] so far along the path; its end beyond that."""
-        return (
-            float(np.interp(length, self.lengths, self.points_map[:, 0])),
-            float(np.interp(length, self.lengths, self.points_map[:, 1])),
-        )
+        found: tuple[float, float] = _point_at(self.points_map, self.lengths, length)
+        return found
 
     def least_gap(self, ahead: float) -> float:
         """Return the least clearance [m] of the map on the next `ahead` [m]."""
-        first, last = np.searchsorted(self.lengths, (self.at, self.at + ahead))
-        return float(self.gaps[min(first, len(self.gaps) - 1) : last + 1].min())
+        found: float = _least_gap(self.gaps, self.lengths, self.at, self.at + ahead)
+        return found
 
     def ahead(self, length: float, spacing: float = SPACING) -> Floats:
         """Return the next `length` [m] as points (n, 2) [m], `spacing` apart, from the robot on."""
         last = min(self.at + length, self.length)
-        wanted = np.append(np.arange(self.at, last, spacing), last)
-        return np.column_stack(
-            (
-                np.interp(wanted, self.lengths, self.points_map[:, 0]),
-                np.interp(wanted, self.lengths, self.points_map[:, 1]),
-            )
-        )
+        return _points_between(self.points_map, self.lengths, self.at, last, spacing)
 
     def first_blocked(
         self,
@@ -112,6 +104,45 @@ class DrivenPath:
             origin_y,
             resolution,
         )
+
+
+@compiled
+def _point_at(points: Floats, lengths: Floats, length: float) -> tuple[float, float]:
+    """Return the point (x, y) so far along a path; its ends beyond them."""
+    if length <= lengths[0]:
+        return points[0, 0], points[0, 1]
+    if length >= lengths[-1]:
+        return points[-1, 0], points[-1, 1]
+    k = int(np.searchsorted(lengths, length, side="right")) - 1
+    beyond, step = length - lengths[k], lengths[k + 1] - lengths[k]
+    return (
+        (points[k + 1, 0] - points[k, 0]) / step * beyond + points[k, 0],
+        (points[k + 1, 1] - points[k, 1]) / step * beyond + points[k, 1],
+    )
+
+
+@compiled
+def _points_between(
+    points: Floats, lengths: Floats, first: float, last: float, spacing: float
+) -> Floats:
+    """Return the points (n, 2) of a path from `first` to `last` along it, ends included."""
+    count = max(math.ceil((last - first) / spacing), 0)
+    between = np.empty((count + 1, 2))
+    for k in range(count):
+        between[k, 0], between[k, 1] = _point_at(points, lengths, first + k * spacing)
+    between[count, 0], between[count, 1] = _point_at(points, lengths, last)
+    return between
+
+
+@compiled
+def _least_gap(gaps: Floats, lengths: Floats, first: float, last: float) -> float:
+    """Return the least of the gaps at points between two lengths, and at the next one beyond."""
+    begin = min(int(np.searchsorted(lengths, first)), len(gaps) - 1)
+    end = min(int(np.searchsorted(lengths, last)) + 1, len(gaps))
+    least = gaps[begin]
+    for k in range(begin + 1, end):
+        least = min(least, gaps[k])
+    return float(least)
 
 
 @compiled

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from mapping.distance_field import truncated_distance, update_distance
+from mapping.changed_regions import changed_regions
+from mapping.distance_field import reach_cells, truncated_distance, update_distance
 from mapping.grid import (
     CLEAR,
     EMPTY_BOX,
@@ -39,8 +40,10 @@ class PlanningMap:
         geometry: where the cells lie in the map frame; grows, so keep places in metres, not cells.
         cells: (rows, cols) int8, log-odds in steps of 1/20.
         classes: (rows, cols) uint8, UNKNOWN, CLEAR or OBSTACLE.
+        clear: (rows, cols) bool, where `classes` is CLEAR.
         clearance: (rows, cols) float32 [m], distance to the nearest obstacle cell, truncated.
         weights: (rows, cols) uint8, see `mapping.path_planning.traversal_weights`.
+        changes: boxes that hold every cell which the last change made different.
     """
 
     def __init__(self, body_radius: float, settings: PlanningMapSettings) -> None:
@@ -55,16 +58,25 @@ class PlanningMap:
         steps = np.arange(256, dtype=np.uint8).view(np.int8)
         self._class_of_byte = classify(dequantise(steps), settings.p_obstacle, settings.p_clear)
         self.number = 0
+        self.changes: list[CellBox] = []
         self._start_empty(GridGeometry(settings.resolution_m, 0.0, 0.0, 1, 1))
+
+    @property
+    def reach(self) -> int:
+        """How many cells beyond a change of `classes` clearance and weights may change."""
+        return reach_cells(self._settings.clearance_limit_m, self.geometry.resolution)
 
     def apply_snapshot(self, message: MapSnapshot) -> CellBox:
         """Take over a whole map; return the box of all its cells, empty for an old snapshot.
 
         Raises:
-            ValueError: the bytes do not hold the cells that the message announces.
+            ValueError: the bytes do not hold the cells that the message announces, or these are
+                more than `largest_cells`.
         """
         if message.number <= self.number and self.number > 0:
             return EMPTY_BOX
+        if message.rows * message.cols > self._settings.largest_cells:
+            raise ValueError(f"a map of {message.rows} x {message.cols} cells is too large")
         cells = unpack_cells(message.cells, message.rows, message.cols)
         resolution = message.resolution_m
         # Deltas are placed by whole cells of the lattice through (0, 0): so is the snapshot.
@@ -94,6 +106,7 @@ class PlanningMap:
         Raises:
             ValueError: the bytes do not hold the cells that the message announces.
         """
+        self.changes = []
         if message.number <= self.number:
             return EMPTY_BOX
         if message.number != self.number + 1:
@@ -114,6 +127,12 @@ class PlanningMap:
         """Whether the point (x, y) [m] in the map frame lies in the map."""
         return self.geometry.holds(*self.geometry.cell_at(x, y))
 
+    @property
+    def clearance_least(self) -> float:
+        """The least clearance [m] at which the body fits onto a cell."""
+        # Clearance is to the middle of an obstacle's cell, whose edge is half a cell nearer.
+        return self._body_radius + 0.5 * self.geometry.resolution - _ROUNDING
+
     def clearance_at(self, x: float, y: float) -> float:
         """Return the distance [m] from (x, y) to the nearest obstacle cell, 0 off the map."""
         iy, ix = self.geometry.cell_at(x, y)
@@ -125,8 +144,10 @@ class PlanningMap:
         self.geometry = geometry
         self.cells = np.zeros(geometry.shape, dtype=np.int8)
         self.classes = np.full(geometry.shape, UNKNOWN, dtype=np.uint8)
+        self.clear = np.zeros(geometry.shape, dtype=np.bool_)
+        self._solid = np.zeros(geometry.shape, dtype=np.bool_)
         self.clearance = np.full(geometry.shape, limit, dtype=np.float32)
-        self.weights = self._weights_of(self.classes, self.clearance)
+        self.weights = self._weights_of(self.clear, self.clearance)
 
     def _room_for(self, lattice_x: int, lattice_y: int, rows: int, cols: int) -> CellBox | None:
         """Grow to hold a rectangle of the lattice; return its box, None if absurdly far away."""
@@ -152,42 +173,50 @@ class PlanningMap:
         self.geometry = larger
         self.cells = padding.pad(self.cells, 0)
         self.classes = padding.pad(self.classes, UNKNOWN)
+        self.clear = self.classes == CLEAR
+        self._solid = self.classes == OBSTACLE
         # Obstacles near the old edge reach over it into the new cells.
-        self.clearance = truncated_distance(self.classes == OBSTACLE, larger.resolution, limit)
-        self.weights = self._weights_of(self.classes, self.clearance)
+        self.clearance = truncated_distance(self._solid, larger.resolution, limit)
+        self.weights = self._weights_of(self.clear, self.clearance)
 
     def _write(self, box: CellBox, cells: npt.NDArray[np.int8]) -> None:
         """Write `cells` at `box` and bring classes, clearance and weights up to date."""
+        self.changes = changed_regions(self.cells[box.slices], cells, box)
+        for change in self.changes:
+            self._write_region(change, cells[change.shifted(-box.iy0, -box.ix0).slices])
+
+    def _write_region(self, box: CellBox, cells: npt.NDArray[np.int8]) -> None:
+        """Write `cells` at `box`, which is no larger than need be."""
         self.cells[box.slices] = cells
-        before = self.classes[box.slices]
         after = self._class_of_byte[cells.view(np.uint8)]
-        changed = _box_of(before != after, box)
+        clear, solid = after == CLEAR, after == OBSTACLE
+        solid_changed = _box_of(self._solid[box.slices] != solid, box)
+        changed = solid_changed.union(_box_of(self.clear[box.slices] != clear, box))
         if changed.empty:
             return
-        solid_changed = _box_of((before == OBSTACLE) != (after == OBSTACLE), box)
         self.classes[box.slices] = after
-        touched = changed.union(
-            update_distance(
-                self.clearance,
-                self.classes == OBSTACLE,
-                solid_changed,
-                self.geometry.resolution,
-                self._settings.clearance_limit_m,
+        self.clear[box.slices] = clear
+        touched = changed
+        if not solid_changed.empty:
+            self._solid[box.slices] = solid
+            touched = changed.union(
+                update_distance(
+                    self.clearance,
+                    self._solid,
+                    solid_changed,
+                    self.geometry.resolution,
+                    self._settings.clearance_limit_m,
+                )
             )
-            if not solid_changed.empty
-            else EMPTY_BOX
-        )
         self.weights[touched.slices] = self._weights_of(
-            self.classes[touched.slices], self.clearance[touched.slices]
+            self.clear[touched.slices], self.clearance[touched.slices]
         )
 
     def _weights_of(
-        self, classes: npt.NDArray[np.uint8], clearance: npt.NDArray[np.float32]
+        self, clear: npt.NDArray[np.bool_], clearance: npt.NDArray[np.float32]
     ) -> npt.NDArray[np.uint8]:
         """Return the traversal weights of a part of the grid."""
-        # Clearance is to the middle of an obstacle's cell, whose edge is half a cell nearer.
-        least = self._body_radius + 0.5 * self.geometry.resolution - _ROUNDING
-        return traversal_weights(classes == CLEAR, clearance, least, self._settings.comfort_m)
+        return traversal_weights(clear, clearance, self.clearance_least, self._settings.comfort_m)
 
 
 def _box_of(mask: npt.NDArray[np.bool_], box: CellBox) -> CellBox:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from mapping.bucket_wave import BLOCKED, STRAIGHT_STEP
 from mapping.compiled import compiled
 from mapping.geometry import Floats
-from mapping.grid import CLEAR, Cells
+from mapping.grid import CellBox, Cells
 from mapping.path_escape import ESCAPE_WEIGHT, with_escape
 from mapping.path_planning import cost_field, smooth_path
 from robot_agent.path_following import SPACING, DrivenPath, evenly_spaced
@@ -95,7 +95,10 @@ class Destination:
         """Send a wave over the map from the goal, at mission time `now` [s]."""
         geometry = planning_map.geometry
         places = _places(planning_map, planning_map.weights, goal_map, tolerance)
-        field = cost_field(planning_map.weights, np.argwhere(places), geometry.resolution)
+        iy, ix = geometry.cell_at(*goal_map)
+        around = CellBox(iy, ix, iy + 1, ix + 1).dilated(_reach(planning_map, tolerance), geometry)
+        ends = np.argwhere(places[around.slices]) + np.array((around.iy0, around.ix0))
+        field = cost_field(planning_map.weights, ends, geometry.resolution)
         return cls(goal_map, tolerance, field.units, planning_map.number, now)
 
 
@@ -104,9 +107,13 @@ def _places(
 ) -> Weights:
     """Return where a route to a goal may end, see `standing_places`."""
     geometry = planning_map.geometry
-    reach = max(math.floor(tolerance / geometry.resolution), 1)
-    clear = planning_map.classes == CLEAR
-    return standing_places(weights, clear, geometry.cell_at(*goal_map), reach)
+    reach = _reach(planning_map, tolerance)
+    return standing_places(weights, planning_map.clear, geometry.cell_at(*goal_map), reach)
+
+
+def _reach(planning_map: PlanningMap, tolerance: float) -> int:
+    """Return how far from a goal a route may end [cells], for a tolerance [m]."""
+    return max(math.floor(tolerance / planning_map.geometry.resolution), 1)
 
 
 def route_to_goal(
@@ -174,7 +181,7 @@ def _weights_with(
         stamp_discs(weights, geometry, discs.centres_map, discs.radius, value)
     return with_escape(
         weights,
-        planning_map.classes == CLEAR,
+        planning_map.clear,
         planning_map.clearance,
         start,
         geometry.resolution,

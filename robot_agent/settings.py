@@ -25,8 +25,8 @@ class LocalMapSettings(_Settings):
 
     resolution_m: Annotated[float, Field(gt=0.005, le=1.0)] = 0.05
     report_every: Annotated[int, Field(ge=1)] = 10
-    news_m2: Positive = 2.0
-    news_every: Annotated[int, Field(ge=1)] = 3
+    news_m2: Positive = 1.0
+    news_every: Annotated[int, Field(ge=1)] = 2
     report_moved_m: NotNegative = 0.05
     report_turned_deg: NotNegative = 3.0
     resend_period_s: Positive = 1.0
@@ -46,9 +46,12 @@ class ExplorerSettings(_Settings):
         coarsening: information is counted on blocks of so many cells along an edge.
         bid_period_s: a bid is built on every map update, but no more often than this.
         reach_m: a place may lie this much farther from the frontier than the body's radius.
-        round_gain_m2: frontiers with less to gain do not count in the robot's round.
-        round_places_max: the richest frontiers make the round, up to so many.
-        round_beyond: what is expected to be driven beyond a frontier, there and back, as a multiple
+        route_gain_m2: frontiers with less to gain do not count when the robot looks ahead.
+        route_places_max: the richest frontiers count, up to so many.
+        route_worth: how much must be gained for each metre that a route gets longer [m2 per m].
+        route_apart_m: a frontier counts in full when the nearest teammate's way there is longer by
+            half of this, and not at all when it is shorter by half of this.
+        route_beyond: what is expected to be driven beyond a frontier, there and back, as a multiple
             of the square root of the area there.
         places_max: the richest places are told, up to so many.
     """
@@ -58,11 +61,13 @@ class ExplorerSettings(_Settings):
     gain_range_m: Positive = 4.0
     weigh_by_probability: bool = True
     coarsening: Annotated[int, Field(ge=1, le=8)] = 4
-    bid_period_s: Positive = 2.0
+    bid_period_s: Positive = 1.0
     reach_m: NotNegative = 0.5
-    round_gain_m2: NotNegative = 1.0
-    round_places_max: Annotated[int, Field(ge=1, le=200)] = 40
-    round_beyond: NotNegative = 1.0
+    route_gain_m2: NotNegative = 1.0
+    route_places_max: Annotated[int, Field(ge=1, le=200)] = 40
+    route_worth: NotNegative = 1.5
+    route_apart_m: Positive = 8.0
+    route_beyond: NotNegative = 1.0
     places_max: Annotated[int, Field(ge=1, le=2000)] = 150
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mapping.compiled import compiled
 from mapping.geometry import Floats
 from robot_agent.right_of_way import Sighting, Teammate
 
@@ -114,15 +115,27 @@ def _passed(announced: Floats, x: float, y: float) -> int:
 
 def _carried_on(track: _Track, travelled: float) -> tuple[Floats, float]:
     """Return the path (n, 2) [m] left after `travelled` [m], and its first direction [rad]."""
-    path, lengths, direction = track.path_map, track.lengths, track.direction
     if travelled <= 0.0:
-        return path, direction
+        return track.path_map, track.direction
+    left: tuple[Floats, float] = _left_of(track.path_map, track.lengths, track.direction, travelled)
+    return left
+
+
+@compiled
+def _left_of(
+    path: Floats, lengths: Floats, direction: float, travelled: float
+) -> tuple[Floats, float]:
+    """Compiled body of `_carried_on`: cut off what was travelled, or go straight on."""
     if len(path) == 1:
-        ahead = np.array([[math.cos(direction), math.sin(direction)]])
-        return path + travelled * ahead, direction
-    travelled = min(travelled, float(lengths[-1]))
+        ahead = np.empty((1, 2))
+        ahead[0, 0] = path[0, 0] + travelled * math.cos(direction)
+        ahead[0, 1] = path[0, 1] + travelled * math.sin(direction)
+        return ahead, direction
+    travelled = min(travelled, lengths[-1])
     k = min(int(np.searchsorted(lengths, travelled, side="right")), len(path) - 1)
-    (ax, ay), (bx, by) = path[k - 1], path[k]
-    part = (travelled - lengths[k - 1]) / max(float(lengths[k] - lengths[k - 1]), 1e-9)
-    start = np.array([[ax + part * (bx - ax), ay + part * (by - ay)]])
-    return np.concatenate((start, path[k:])), math.atan2(by - ay, bx - ax)
+    ax, ay, bx, by = path[k - 1, 0], path[k - 1, 1], path[k, 0], path[k, 1]
+    part = (travelled - lengths[k - 1]) / max(lengths[k] - lengths[k - 1], 1e-9)
+    left = np.empty((len(path) - k + 1, 2))
+    left[0, 0], left[0, 1] = ax + part * (bx - ax), ay + part * (by - ay)
+    left[1:] = path[k:]
+    return left, math.atan2(by - ay, bx - ax)

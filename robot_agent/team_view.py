@@ -16,6 +16,7 @@ from robot_agent.right_of_way import Teammate
 
 _SPEED_ASSUMED = 0.5  # [m/s]; how fast a teammate may have gone since it was heard of
 _AGE_MOST = 1.0  # [s]
+_ROUNDING = 0.01  # [m]
 
 
 @dataclass(slots=True)
@@ -79,15 +80,19 @@ class Teammates:
             T_map_base: where it was taken, map frame.
             margin: around each teammate [m].
         """
-        if not self.others:
+        near = []
+        for mate in self.others:
+            age = min(max(scan.stamp - mate.stamp, 0.0), _AGE_MOST)
+            reach = mate.radius + margin + (_SPEED_ASSUMED * age if mate.busy else 0.0)
+            # No beam ends at a teammate that is out of the sensor's range.
+            if mate.T_map_base.distance_to(T_map_base) <= _farthest(scan) + reach:
+                near.append((mate, reach))
+        if not near:
             return scan
         hits = np.flatnonzero(scan.hits)
         points = T_map_base.apply(scan.points_base())
         masked = np.zeros(len(scan.ranges), dtype=bool)
-        for mate in self.others:
-            age = min(max(scan.stamp - mate.stamp, 0.0), _AGE_MOST)
-            speed = _SPEED_ASSUMED if mate.busy else 0.0
-            reach = mate.radius + margin + speed * age
+        for mate, reach in near:
             dx, dy = points[:, 0] - mate.T_map_base.x, points[:, 1] - mate.T_map_base.y
             masked[hits[np.hypot(dx, dy) <= reach]] = True
         return scan.without(masked)
@@ -97,3 +102,8 @@ class Teammates:
         return min(
             (mate.T_map_base.distance_to(T_map_base) for mate in self.others), default=math.inf
         )
+
+
+def _farthest(scan: LaserScan) -> float:
+    """Return the largest distance [m] from the base at which a beam of a scan can end."""
+    return scan.range_max + math.hypot(scan.T_base_laser.x, scan.T_base_laser.y) + _ROUNDING

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
-from mapping.coarse_weights import coarsen_weights
+from mapping.coarse_weights import coarsen_weights, refresh_weights
 from mapping.frontier_tour import ways_between
 from mapping.geometry import Floats, Pose2
-from mapping.grid import CLEAR, Cells
+from mapping.grid import CellBox, Cells
 from mapping.path_escape import with_escape
 from mapping.path_planning import CostField, cost_field, reachable_near
 from robot_agent.planning_map import PlanningMap
@@ -25,8 +27,22 @@ class Ways:
         field: costs from where the robot stands, by block.
     """
 
-    def __init__(self, planning_map: PlanningMap, T_map_base: Pose2, body_radius: float) -> None:
-        """Let the wave run from `T_map_base` for a body of this radius [m]."""
+    def __init__(
+        self,
+        planning_map: PlanningMap,
+        T_map_base: Pose2,
+        body_radius: float,
+        block_weights: npt.NDArray[np.uint8] | None = None,
+    ) -> None:
+        """Let the wave run from where the robot is.
+
+        Args:
+            planning_map: the robot's map.
+            T_map_base: where it is, map frame.
+            body_radius: of the robot [m].
+            block_weights: (rows, cols) uint8, the map's weights in blocks of `BLOCK` cells where
+                somebody keeps them; else they are made here.
+        """
         geometry = planning_map.geometry
         self._corner = np.array([geometry.origin_x, geometry.origin_y])
         self._edge = geometry.resolution * BLOCK
@@ -37,14 +53,21 @@ class Ways:
             starts = [(start[0] // BLOCK, start[1] // BLOCK)]
             weights = with_escape(
                 weights,
-                planning_map.classes == CLEAR,
+                planning_map.clear,
                 planning_map.clearance,
                 start,
                 geometry.resolution,
                 _ESCAPE,
                 body_radius,
             )
-        self._weights = coarsen_weights(weights, BLOCK)
+        if block_weights is None:
+            block_weights = coarsen_weights(planning_map.weights, BLOCK)
+        if weights is not planning_map.weights:
+            block_weights = block_weights.copy()
+            opened = CellBox(*start, start[0] + 1, start[1] + 1)
+            around = opened.dilated(math.ceil(_ESCAPE / geometry.resolution), geometry)
+            refresh_weights(block_weights, weights, BLOCK, around)
+        self._weights = block_weights
         self.field: CostField = cost_field(self._weights, starts, self._edge)
 
     def stands(self, cells: npt.NDArray[np.int64], reach: float) -> Cells:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 
-import zmq.asyncio
+import zmq
 
 from protocol.conduct import bind_router, bound_endpoint
 from protocol.effects import Note
@@ -40,7 +40,7 @@ async def run_server(
         protocol.errors.RefusedError: the world does not take the server in.
         TimeoutError: the world fell silent.
     """
-    context = zmq.asyncio.Context()
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     try:
         socket = _bind_first(context, endpoints)
         on_bound(bound_endpoint(socket))
@@ -53,7 +53,9 @@ async def run_server(
         context.term()
 
 
-def _bind_first(context: zmq.asyncio.Context, endpoints: Sequence[str]) -> zmq.asyncio.Socket:
+def _bind_first(
+    context: zmq.Context[zmq.Socket[bytes]], endpoints: Sequence[str]
+) -> zmq.Socket[bytes]:
     """Return a socket bound to the first endpoint that is free."""
     for endpoint in endpoints[:-1]:
         with suppress(OSError):

@@ -32,13 +32,13 @@ def robot_bid(robot: str, message: Bid, body: Body, cost_weight: float = 1.0) ->
             turned inside out.
     """
     count = len(message.places_map)
-    detours = message.detours_m if len(message.detours_m) else np.zeros(count)
-    lengths = (len(message.gains), len(message.costs_m), len(message.rectangles_map), len(detours))
+    losses = message.losses if len(message.losses) else np.zeros(count)
+    lengths = (len(message.gains), len(message.costs_m), len(message.rectangles_map), len(losses))
     if any(length != count for length in lengths):
-        raise BidError(f"{count} places, but gains, costs, rectangles and detours for {lengths}")
+        raise BidError(f"{count} places, but gains, costs, rectangles and losses for {lengths}")
     rectangles = message.rectangles_map.astype(np.float64)
-    if any((values < 0.0).any() for values in (message.gains, message.costs_m, detours)):
-        raise BidError("a negative gain, cost or detour")
+    if any((values < 0.0).any() for values in (message.gains, message.costs_m, losses)):
+        raise BidError("a negative gain, cost or loss")
     if (rectangles[:, :2] > rectangles[:, 2:]).any():
         raise BidError("a rectangle whose least corner is not its least")
     return RobotBid(
@@ -51,6 +51,6 @@ def robot_bid(robot: str, message: Bid, body: Body, cost_weight: float = 1.0) ->
         message.costs_m.astype(np.float64),
         rectangles,
         message.unreachable_map.astype(np.float64),
-        detours.astype(np.float64),
+        losses.astype(np.float64),
         cost_weight * NOMINAL_SPEED / body.drive.speed_max_m_s,
     )

@@ -23,11 +23,22 @@ from mapping.scan_integration import IntegrationSettings
 from mapping.scan_matching import MatchResult
 from mapping.surface_map import SurfaceSettings
 from server.comparing import firm_match
+from server.limits import holds
 from server.mutual_sightings import MutualSightings
-from server.placing import Member, Node, Placement, Report, Way, corrected_track, way_between
+from server.placing import (
+    TOO_FAR,
+    Member,
+    Node,
+    Placement,
+    Report,
+    Way,
+    corrected_track,
+    node_tracks,
+    way_between,
+)
 from server.settings import MergerSettings
 from server.team_graph import TeamGraph
-from server.tying import aligns, match_held, seen_by_others
+from server.tying import aligns, contradicts, match_held, search_window, seen_by_others
 
 __all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
 
@@ -107,43 +118,56 @@ class MapMerger:
     def place(self, name: str, report: Report) -> Placement:
         """Place a report in the team's map; the robot's alignment follows."""
         member = self.members[name]
+        if not self._holds(report, member.T_map_odom @ report.T_odom_base):
+            return TOO_FAR
         if len(report.sightings_odom):
             self.sightings.add(name, report.T_odom_base, report.covariance, report.sightings_odom)
-        if not member.aligned:
-            return self._tie(name, member, report)
-        track = np.concatenate((*member.untold, report.track_odom))
+        if member.aligned:
+            return self._follow(name, member, report)
+        return self._tie(name, member, report)
+
+    def _follow(self, name: str, member: Member, report: Report) -> Placement:
+        """Place a report of a robot that is tied to the team's map.
+
+        Where the scan closes a loop with an error, all scans of the team move, and the map is drawn
+        again.
+        """
         assert member.last is not None
+        track = np.concatenate((*member.untold, report.track_odom))
         way = way_between(member.last, report, track, member.motion)
         guess = member.T_map_odom @ member.last.T_odom_base @ way.T_last_base
         prior = self._prior(member, guess, way)
         result = self._match(report, guess, prior)
-        contradicts = self._contradicts(result)
+        stray = contradicts(result, self.settings)
         T_map_base = guess
-        if not contradicts:
+        if not stray:
             T_map_base = firm_match(self.map, report.scan, guess, prior, result).T_map_base
         found = self.team.close_loops(name, report.scan, T_map_base, way)
-        if contradicts and not found:
+        if stray and not found:
             member.unmatched += 1
             member.untold.append(report.track_odom)
             return Placement(False, 0.0)
-        if not contradicts:
-            member.covariance = result.covariance
+        if not self._holds(report, T_map_base):
+            return TOO_FAR
+        member.covariance = member.covariance if stray else result.covariance
         node = self.team.extend(name, report.scan, T_map_base, way)
-        worst = self.team.connect_loops(node, found)
         redrawn = False
-        if contradicts or self.team.strained(worst):
+        if self.team.strained(self.team.connect_loops(node, found)) or stray:
             self.team.settle()
             member.covariance = self.team.chains[name].covariance
             redrawn = self._redraw()
             T_map_base = self.team.graph.pose(node)
-        moved = guess.distance_to(T_map_base)
         self._insert(name, member, report, T_map_base @ report.T_odom_base.inverse())
-        return Placement(True, moved, redrawn)
+        return Placement(True, guess.distance_to(T_map_base), redrawn=redrawn)
+
+    def _holds(self, report: Report, T_map_base: Pose2) -> bool:
+        """Whether the map stays within its limits with a report at a pose."""
+        return holds(self.geometry, self.settings.largest_cells, report.scan, T_map_base)
 
     def _match(self, report: Report, guess: Pose2, prior: Floats) -> MatchResult:
         """Match a report with the team's map, in a wide window if it contradicts the map."""
-        result = self.map.match(report.scan, guess, prior, self._window(prior))
-        if self._contradicts(result):
+        result = self.map.match(report.scan, guess, prior, search_window(prior, self.settings))
+        if contradicts(result, self.settings):
             wide = self.settings.wide_scale * prior + np.diag([0.04, 0.04, 0.01])
             result = self.map.match(report.scan, guess, wide, SearchWindow())
         return result
@@ -169,7 +193,7 @@ class MapMerger:
         if aligns(result, len(member.held), self.settings):
             T_map_odom = result.T_map_base @ report.T_odom_base.inverse()
             covariance = result.covariance
-        elif relation is not None and not self._contradicts(result):
+        elif relation is not None and not contradicts(result, self.settings):
             T_map_odom, covariance = relation.T_a_b, relation.covariance
         else:
             return Placement(False, 0.0)
@@ -188,16 +212,11 @@ class MapMerger:
 
     def track(self, name: str) -> Floats:
         """Return the corrected poses of a robot, (n, 4): stamp, x, y, theta, map frame."""
-        member, T_before = self.members[name], None
-        rows = [np.zeros((0, 4))]
-        for node in self.nodes:
-            if node.robot == name:
-                if node.first or T_before is None:
-                    T_before = node.T_map_odom
-                rows.append(corrected_track(node.track_odom, T_before, node.T_map_odom))
-                T_before = node.T_map_odom
-        rows += [corrected_track(r, member.T_map_odom, member.T_map_odom) for r in member.untold]
-        return np.concatenate(rows)
+        member = self.members[name]
+        tracks = node_tracks(node for node in self.nodes if node.robot == name)
+        T_map_odom = member.T_map_odom
+        untold = [corrected_track(rows, T_map_odom, T_map_odom) for rows in member.untold]
+        return np.concatenate((np.zeros((0, 4)), *tracks, *untold))
 
     def uncertainty(self, name: str) -> float:
         """Return one sigma of a robot's place in the team's map [m]."""
@@ -225,19 +244,6 @@ class MapMerger:
         carried = carried_covariance(member.covariance, guess.x - before.x, guess.y - before.y)
         grown = carried + turned_covariance(way.covariance, -guess.theta)
         return grown + np.diag([drift**2, drift**2, turn_drift**2])
-
-    def _window(self, prior: Floats) -> SearchWindow | None:
-        """Return the window to search, or None where the guess is good."""
-        sigma = math.sqrt(max(prior[0, 0], prior[1, 1]))
-        turn_sigma = math.sqrt(prior[2, 2])
-        if sigma < self.settings.search_sigma_m and turn_sigma < math.radians(3.0):
-            return None
-        return SearchWindow(min(3.0 * sigma, 1.5), min(3.0 * turn_sigma, 0.5))
-
-    def _contradicts(self, result: MatchResult) -> bool:
-        """Whether enough end points fall where the map is known, and too few of them at walls."""
-        settings = self.settings
-        return result.known >= settings.known_least and result.fit < settings.fit_least
 
     def _begin(
         self,

@@ -26,6 +26,10 @@ _SAME = 0.15
 STANDING = 0.1
 # A disc must have been seen so often.
 _SEEN_LEAST = 2
+# More discs than these are no teammates, and with more pairs than these nothing is clear: who sees
+# that much stands among posts, or talks nonsense.
+_DISCS_MOST = 32
+_PAIRS_MOST = 24
 # Error of a sighted place [m], most of it across the line of sight.
 _SIGMA = 0.02
 
@@ -100,7 +104,8 @@ class MutualSightings:
                 if off[k] <= _SAME:
                     lookout.sums[k] += row[0]
                     continue
-            lookout.sums = np.concatenate((lookout.sums, row))
+            if len(lookout.sums) < _DISCS_MOST:
+                lookout.sums = np.concatenate((lookout.sums, row))
 
     def relations(
         self, told: Mapping[str, Pose2], sigma: float, turn_sigma: float
@@ -121,6 +126,8 @@ class MutualSightings:
             for b in names[k + 1 :]:
                 T_a_b_told = told[a].inverse() @ told[b]
                 pairs += self._pairs(a, b, T_a_b_told, sigma, turn_sigma)
+        if len(pairs) > _PAIRS_MOST:
+            return {}
         best = _largest(pairs, frozenset())
         sure = [pair for pair in pairs if all(pair in choice for choice in best)]
         found = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +16,8 @@ from protocol.body import Drive
 
 # No robot knows its way from one report to the next better than this [m], [rad].
 _LEAST = np.diag([0.01**2, 0.01**2, 0.005**2])
+# No variance is larger [m^2], [rad^2].
+_MOST = 1e6
 # The wheels contradict a robot's corrected way beyond this squared error (three dimensions).
 _WHEELS_CONTRADICT = 12.0
 
@@ -104,12 +107,17 @@ class Placement:
     Attributes:
         matched: whether it agrees with the team's map.
         moved: correction of the robot's place by this report [m].
+        too_far: whether it was refused because the map would have grown beyond all reason.
         redrawn: whether the whole map was put right on that occasion.
     """
 
     matched: bool
     moved: float
+    too_far: bool = False
     redrawn: bool = False
+
+
+TOO_FAR = Placement(matched=False, moved=0.0, too_far=True)
 
 
 def motion_of(drive: Drive) -> MotionModel:
@@ -152,6 +160,7 @@ def way_between(last: Report, report: Report, track_odom: Floats, motion: Motion
 
     Source: the Kalman filter's errors before and after an update, subtracted (Kalman 1960).
     """
+    before, after = _sane(last.covariance), _sane(report.covariance)
     pose, wheels = last.T_odom_base, np.zeros((3, 3))
     stops = [pose_from(row[1:]) for row in track_odom] or [report.T_odom_base]
     for stop in stops:
@@ -164,13 +173,20 @@ def way_between(last: Report, report: Report, track_odom: Floats, motion: Motion
         allowed = turned_covariance(wheels, end.theta) + _LEAST
         if float(error @ np.linalg.solve(allowed, error)) > _WHEELS_CONTRADICT:
             return Way(T_wheels, allowed)
-    carried = carried_covariance(last.covariance, end.x - start.x, end.y - start.y)
-    kept = np.linalg.solve(carried + wheels + 1e-9 * np.eye(3), report.covariance).T
+    carried = carried_covariance(before, end.x - start.x, end.y - start.y)
+    kept = np.linalg.solve(carried + wheels + 1e-9 * np.eye(3), after).T
     lost = (np.eye(3) - kept) @ carried
-    grown = report.covariance - carried + lost + lost.T
+    grown = after - carried + lost + lost.T
     strengths, directions = np.linalg.eigh(0.5 * (grown + grown.T))
     grown = (directions * np.maximum(strengths, 0.0)) @ directions.T
     return Way(T_last_base, turned_covariance(grown, end.theta) + _LEAST)
+
+
+def _sane(covariance: Floats) -> Floats:
+    """Return what a robot tells as a covariance (3, 3) that is one, and no larger than the world."""
+    strengths, directions = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    sane: Floats = (directions * strengths.clip(0.0, _MOST)) @ directions.T
+    return sane
 
 
 def corrected_track(track_odom: Floats, T_map_odom_before: Pose2, T_map_odom: Pose2) -> Floats:
@@ -187,3 +203,15 @@ def corrected_track(track_odom: Floats, T_map_odom_before: Pose2, T_map_odom: Po
         pose = T_blend @ Pose2(x, y, theta)
         corrected[k] = stamp, pose.x, pose.y, wrap_angle(pose.theta)
     return corrected
+
+
+def node_tracks(nodes: Iterable[Node]) -> list[Floats]:
+    """Return the corrected poses up to each node of one robot, as `corrected_track` does."""
+    tracks: list[Floats] = []
+    T_map_odom: Pose2 | None = None
+    for node in nodes:
+        if node.first or T_map_odom is None:
+            T_map_odom = node.T_map_odom
+        tracks.append(corrected_track(node.track_odom, T_map_odom, node.T_map_odom))
+        T_map_odom = node.T_map_odom
+    return tracks

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from protocol.fields import NotNegative, Positive
+from protocol.map_cells import LARGEST_CELLS
 from server.executive_settings import ExecutiveSettings
 
 
@@ -69,6 +70,10 @@ class MergerSettings(_Settings):
     `align_points` end points at walls, a share of `align_fit`, and an uncertainty of no more than
     `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails. For
     so many reports as `sight_wait` it only looks around: who sees whom is clear when all have.
+    `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails.
+
+    A report that would make the map larger than `largest_cells` is refused: a robot whose pose is
+    nonsense must not cost the team its server.
     """
 
     resolution_m: Annotated[float, Field(gt=0.005, le=1.0)] = 0.05
@@ -85,6 +90,7 @@ class MergerSettings(_Settings):
     search_sigma_m: Positive = 0.1
     wide_scale: Positive = 9.0
     loops: LoopSettings = LoopSettings()
+    largest_cells: Annotated[int, Field(ge=1_000, le=LARGEST_CELLS)] = 25_000_000
 
 
 class MapSettings(_Settings):

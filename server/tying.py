@@ -1,4 +1,4 @@
-"""Tying a robot's local map to the team's: by what robots saw of each other, and by walls."""
+"""Whether and where scans fit the team's map, and robots with it that are not tied to it yet."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from mapping.correlative_search import SearchWindow
+from mapping.geometry import Floats
 from mapping.match_map import MatchMap
 from mapping.pose_graph import turned_covariance
 from mapping.scan_matching import MatchResult, match
@@ -79,3 +80,17 @@ def aligns(result: MatchResult, held: int, settings: MergerSettings) -> bool:
         math.radians(settings.align_sigma_deg) ** 2
     )
     return bool(sure) or held >= settings.hold_most
+
+
+def search_window(prior: Floats, settings: MergerSettings) -> SearchWindow | None:
+    """Return the window to search, or None where the guess is good."""
+    sigma = math.sqrt(max(prior[0, 0], prior[1, 1]))
+    turn_sigma = math.sqrt(prior[2, 2])
+    if sigma < settings.search_sigma_m and turn_sigma < math.radians(3.0):
+        return None
+    return SearchWindow(min(3.0 * sigma, 1.5), min(3.0 * turn_sigma, 0.5))
+
+
+def contradicts(result: MatchResult, settings: MergerSettings) -> bool:
+    """Whether enough end points fall where the map is known, and too few of them at walls."""
+    return result.known >= settings.known_least and result.fit < settings.fit_least

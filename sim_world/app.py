@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-import zmq.asyncio
+import zmq
 
 from protocol.conduct import Stage, bind_router, bound_endpoint
 from protocol.effects import Note
 from protocol.host import Host
 from protocol.lockstep import Conductor
+from protocol.transports.port import Port
 
 
 async def run_world(
@@ -37,14 +38,15 @@ async def run_world(
     Raises:
         OSError: the endpoint cannot be bound.
     """
-    context = zmq.asyncio.Context()
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     try:
         socket = bind_router(context, endpoint)
         on_bound(bound_endpoint(socket))
+        port = Port(socket)
         try:
-            stage = Stage(Conductor(host, step), socket, members, on_note)
+            stage = Stage(Conductor(host, step), port, members, on_note)
             return await stage.run(realtime, keep_going)
         finally:
-            socket.close()
+            port.close()
     finally:
         context.term()

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from mapping.geometry import Pose2, fit_rigid
+from mapping.geometry import Floats, Pose2, fit_rigid
 from mapping.grid import GridGeometry, classify, geometry_around
-from protocol.map_cells import dequantise, unpack_cells
+from protocol.map_cells import LARGEST_CELLS, dequantise, unpack_cells
 from protocol.messages import MapDelta, MapSnapshot, Message, TeamPoses
 from sim_world.truth import CoverageJudge
 
@@ -39,8 +39,15 @@ class Judge:
     number: int = 0
     timeline: list[tuple[float, float]] = field(default_factory=list)
     T_world_map: Pose2 = field(default_factory=lambda: Pose2(0.0, 0.0, 0.0))
-    _pairs: list[tuple[float, float, float, float]] = field(default_factory=list)
+    _pairs: Floats = field(default_factory=lambda: np.empty((2 * _KEPT_PAIRS, 4)))
+    _paired: int = 0
     _changed: bool = False
+    _class_of_byte: npt.NDArray[np.uint8] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Look up once what class each cell's byte stands for."""
+        steps = np.arange(256, dtype=np.uint8).view(np.int8)
+        self._class_of_byte = classify(dequantise(steps), self.p_obstacle, self.p_clear)
 
     def hear(self, message: Message, truth: dict[str, Pose2]) -> bool:
         """Take a message that the server publishes; return false when a map delta was missed.
@@ -48,6 +55,10 @@ class Judge:
         Args:
             message: a map snapshot or delta, team poses, or something of no interest.
             truth: the robots' true poses, world frame, by name.
+
+        Raises:
+            ValueError: the bytes do not hold the cells announced, or the map would grow beyond
+                all reason.
         """
         if isinstance(message, MapSnapshot):
             self._snapshot(message)
@@ -72,7 +83,7 @@ class Judge:
 
     def classes(self) -> npt.NDArray[np.uint8]:
         """Return the class of each cell of the map as heard so far, (rows, cols)."""
-        return classify(dequantise(self.cells), self.p_obstacle, self.p_clear)
+        return self._class_of_byte[self.cells.view(np.uint8)]
 
     def _snapshot(self, message: MapSnapshot) -> None:
         self.geometry = GridGeometry(
@@ -88,15 +99,18 @@ class Judge:
         x, y = message.lattice_x * resolution, message.lattice_y * resolution
         half = 0.5 * resolution
         far_x, far_y = x + message.cols * resolution - half, y + message.rows * resolution - half
+        cells = unpack_cells(message.cells, message.rows, message.cols)
         if self.geometry is None:
             self.geometry = geometry_around(x + half, y + half, far_x, far_y, resolution)
             self.cells = np.zeros(self.geometry.shape, np.int8)
-        self.geometry, padding = self.geometry.grown(x + half, y + half, far_x, far_y)
-        self.cells = padding.pad(self.cells, 0)
+        larger, padding = self.geometry.grown(x + half, y + half, far_x, far_y)
+        if larger.rows * larger.cols > LARGEST_CELLS:
+            raise ValueError(f"a map of {larger.rows} x {larger.cols} cells is not believed")
+        self.geometry = larger
+        if not padding.none or not self.cells.flags.writeable:
+            self.cells = padding.pad(self.cells, 0)
         iy, ix = self.geometry.cell_at(x + half, y + half)
-        self.cells[iy : iy + message.rows, ix : ix + message.cols] = unpack_cells(
-            message.cells, message.rows, message.cols
-        )
+        self.cells[iy : iy + message.rows, ix : ix + message.cols] = cells
         self.number, self._changed = message.number, True
 
     def _poses(self, message: TeamPoses, truth: dict[str, Pose2]) -> None:
@@ -105,13 +119,16 @@ class Judge:
             message.robots, message.poses_map.tolist(), strict=False
         ):
             if name in truth:
-                self._pairs.append((truth[name].x, truth[name].y, x, y))
-        if len(self._pairs) > _KEPT_PAIRS:
-            self._pairs = self._pairs[::2]
+                self._pairs[self._paired] = truth[name].x, truth[name].y, x, y
+                self._paired += 1
+        if self._paired > _KEPT_PAIRS:
+            thinned = self._pairs[: self._paired : 2].copy()
+            self._paired = len(thinned)
+            self._pairs[: self._paired] = thinned
 
     def _fit(self) -> Pose2:
         """Return the rigid transform that best lays the team's map onto the world."""
-        pairs = np.array(self._pairs, dtype=np.float64).reshape(-1, 4)
+        pairs = self._pairs[: self._paired]
         spread = float(np.ptp(pairs[:, :2], axis=0).max()) if len(pairs) else 0.0
         if len(pairs) < 3 or spread < 1.0 or not math.isfinite(spread):
             return self.T_world_map

@@ -15,6 +15,8 @@ import numpy as np
 from mapping.geometry import Floats, Pose2, wrap_angle
 from sim_world.scene import Scene
 
+Discs = Sequence[tuple[float, float, float]]  # centre x, y and radius [m] of other bodies
+
 # A body that comes near something is moved by no more than this at a time [m].
 SUB_STEP = 0.02
 # The last sub-step is halved this often to find the place of contact to a millimetre.
@@ -114,21 +116,19 @@ def step_bodies(
         rng: source of the odometry error.
     """
     draws = rng.standard_normal((len(motions), 2))
-    discs = np.array(
-        [
-            (m.T_world_base.x, m.T_world_base.y, body.radius)
-            for m, body in zip(motions, bodies, strict=True)
-        ]
-    ).reshape(-1, 3)
+    discs = [
+        (m.T_world_base.x, m.T_world_base.y, body.radius)
+        for m, body in zip(motions, bodies, strict=True)
+    ]
     steps = []
     for i, (motion, command, body) in enumerate(zip(motions, commands, bodies, strict=True)):
         speed, turn_rate = limited(motion, command, dt, body)
-        others = np.delete(discs, i, axis=0)
+        others = discs[:i] + discs[i + 1 :]
         share = _free_share(motion.T_world_base, speed * dt, turn_rate * dt, body, scene, others)
         bumped = share < 1.0
         distance, turn = share * speed * dt, share * turn_rate * dt
         T_world_base = motion.T_world_base @ arc(distance, turn)
-        discs[i, 0], discs[i, 1] = T_world_base.x, T_world_base.y
+        discs[i] = (T_world_base.x, T_world_base.y, body.radius)
         after = Motion(T_world_base, 0.0, 0.0) if bumped else Motion(T_world_base, speed, turn_rate)
         reported = noisy_arc(distance, turn, body.noise, draws[i])
         steps.append(Step(after, reported, bumped, abs(distance)))
@@ -180,7 +180,7 @@ def noisy_arc(distance: float, turn: float, noise: OdometryNoise, draws: Floats)
 
 
 def _free_share(
-    T_world_base: Pose2, distance: float, turn: float, body: Body, scene: Scene, others: Floats
+    T_world_base: Pose2, distance: float, turn: float, body: Body, scene: Scene, others: Discs
 ) -> float:
     """Return the share, 0 to 1, of an arc that a body can drive before it hits something."""
     path = abs(distance)
@@ -210,7 +210,7 @@ def _clearance_at(
     turn: float,
     share: float,
     scene: Scene,
-    others: Floats,
+    others: Discs,
     body: Body,
 ) -> float:
     """Return the clearance [m], up to the body's radius, after a share of an arc."""
@@ -218,9 +218,9 @@ def _clearance_at(
     return _clearance(T_world_there, scene, others, body.radius)
 
 
-def _clearance(T_world_base: Pose2, scene: Scene, others: Floats, limit: float) -> float:
-    """Return the distance [m] to the nearest wall or other body (discs (D, 3)), at most `limit`."""
+def _clearance(T_world_base: Pose2, scene: Scene, others: Discs, limit: float) -> float:
+    """Return the distance [m] to the nearest wall or other body, at most `limit`."""
     room = scene.clearance(T_world_base.x, T_world_base.y, limit)
-    for x, y, radius in others.tolist():
+    for x, y, radius in others:
         room = min(room, math.hypot(x - T_world_base.x, y - T_world_base.y) - radius)
     return room

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -45,8 +46,16 @@ class LaserSpec:
 
     @property
     def bearings(self) -> Floats:
-        """Bearings of all beams, (beams,) [rad]."""
-        return self.bearing_start + self.bearing_step * np.arange(self.beams, dtype=np.float64)
+        """Bearings of all beams, (beams,) [rad], read-only."""
+        return _bearings(self.beams, self.bearing_start, self.bearing_step)
+
+
+@lru_cache(maxsize=64)
+def _bearings(beams: int, start: float, step: float) -> Floats:
+    """Return `beams` bearings [rad] from `start` on, read-only."""
+    bearings: Floats = start + step * np.arange(beams, dtype=np.float64)
+    bearings.flags.writeable = False
+    return bearings
 
 
 def measure(

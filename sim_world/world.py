@@ -6,14 +6,11 @@ forwarded frames out, one physics step a tick. Mission time is its own: instants
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
-from mapping.geometry import IDENTITY, Pose2
-from protocol import body as description
+from mapping.geometry import IDENTITY
 from protocol.codec import decode
 from protocol.effects import (
     Effect,
@@ -29,48 +26,22 @@ from protocol.effects import (
     Strike,
 )
 from protocol.errors import ProtocolError
-from protocol.messages import SERVER, Hello, MapRequest, StopRequest
+from protocol.fault_book import FaultBook
+from protocol.messages import SERVER, Hello, MapRequest
+from protocol.operator_messages import StopRequest
 from protocol.world_messages import BodyFrame, Finished, Join, Joined, MotionCommand
 from sim_world import kinematics
+from sim_world.fault_script import outages, schedule
 from sim_world.judge import Judge
-from sim_world.lidar import LaserSpec, measure
-from sim_world.relay import Outage, Relay
+from sim_world.lidar import measure
+from sim_world.relay import Relay
+from sim_world.robot_body import RobotBody, RobotSpec, robot_body
 from sim_world.scene import Scene
-from sim_world.settings import ScriptedFault, WorldSettings
+from sim_world.settings import WorldSettings
 
 _NO_SWEEP = np.zeros(0, dtype=np.float32)
 _EPSILON = 1e-9
 _GRACE_S = 30.0  # how long after the time limit the server may still tidy up
-
-
-@dataclass(frozen=True, slots=True)
-class RobotSpec:
-    """A robot as the world makes it: name, body, true start, and the start it is told."""
-
-    name: str
-    body: description.Body
-    T_world_start: Pose2
-    T_map_start: Pose2
-
-
-@dataclass(slots=True)
-class _Robot:
-    """A robot's body in the world."""
-
-    spec: RobotSpec
-    limits: kinematics.Body
-    laser: LaserSpec
-    motion: kinematics.Motion
-    rng: np.random.Generator
-    T_wheel_base: Pose2 = IDENTITY
-    command: tuple[float, float] = (0.0, 0.0)
-    command_stamp: float = -math.inf
-    next_sweep: float = 0.0
-    connected: bool = False
-    bumped: bool = False
-    path: float = 0.0
-    bumps: int = 0
-    track: list[tuple[float, float, float, float]] = field(default_factory=list)
 
 
 class World:
@@ -104,11 +75,12 @@ class World:
         streams = rng.spawn(len(robots) + 1)
         self._motion_rng = streams[0]
         self.robots = {
-            spec.name: _new_robot(spec, stream)
+            spec.name: robot_body(spec, stream)
             for spec, stream in zip(robots, streams[1:], strict=True)
         }
-        self.relay = Relay(tuple(self.robots), _outages(settings.faults))
-        self._faults = _schedule(settings.faults)
+        self._dropped = FaultBook()
+        self.relay = Relay(tuple(self.robots), outages(settings.faults))
+        self._faults = schedule(settings.faults)
         self._next_tick = 0.0
         self._next_judging = 0.0
         self._now = 0.0
@@ -127,7 +99,7 @@ class World:
         if isinstance(event, PeerLeft):
             return self._left(event.peer)
         if isinstance(event, Rejected):
-            return [Note("warning", f"dropped a frame of {event.source}: {event.reason}")]
+            return list(self._dropped.enter("a frame", event.source, event.reason))
         return self._received(event, now)
 
     def tick(self, now: float) -> list[Effect]:
@@ -206,12 +178,13 @@ class World:
     def _hear(self, event: Passing) -> list[Effect]:
         """The judge hears what the server publishes."""
         self._observing = True
+        truth = {name: robot.motion.T_world_base for name, robot in self.robots.items()}
         try:
             _, message = decode(event.frame)
-        except ProtocolError as error:
-            return [Note("warning", f"the judge cannot read the server: {error}")]
-        truth = {name: robot.motion.T_world_base for name, robot in self.robots.items()}
-        if self.judge.hear(message, truth):
+            heard = self.judge.hear(message, truth)
+        except (ProtocolError, ValueError) as error:
+            return list(self._dropped.enter("a word to the judge", SERVER, str(error)))
+        if heard:
             return []
         return [Send("uplink", SERVER, MapRequest(have=self.judge.number))]
 
@@ -260,7 +233,7 @@ class World:
                 effects.append(Send("body", name, frame))
         return effects
 
-    def _sweep(self, robot: _Robot) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
+    def _sweep(self, robot: RobotBody) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
         """Return one sweep of a robot's laser; the other robots are solid."""
         others = [
             (other.motion.T_world_base.x, other.motion.T_world_base.y, other.limits.radius)
@@ -300,43 +273,3 @@ class World:
             return []
         self._stop_sent = True
         return [Send("uplink", SERVER, StopRequest(ended="coverage"))]
-
-
-def _new_robot(spec: RobotSpec, rng: np.random.Generator) -> _Robot:
-    """Put a robot's body at its start."""
-    drive, lidar = spec.body.drive, spec.body.lidar
-    limits = kinematics.Body(
-        radius=spec.body.radius_m,
-        speed_max=drive.speed_max_m_s,
-        turn_rate_max=drive.turn_rate_max_rad_s,
-        acceleration_max=drive.acceleration_max_m_s2,
-        turn_acceleration_max=drive.turn_acceleration_max_rad_s2,
-        noise=kinematics.OdometryNoise(
-            drive.noise_distance, math.radians(drive.noise_heading_deg_m), drive.noise_turn
-        ),
-    )
-    laser = LaserSpec(
-        lidar.beams, lidar.bearing_start, lidar.bearing_step, lidar.range_max_m, lidar.noise_m
-    )
-    return _Robot(spec, limits, laser, kinematics.Motion(spec.T_world_start), rng)
-
-
-def _outages(faults: Sequence[ScriptedFault]) -> tuple[Outage, ...]:
-    """Return the cuts of radio links among the scripted faults."""
-    return tuple(
-        Outage(fault.robot, fault.at_s, fault.at_s + fault.duration_s)
-        for fault in faults
-        if fault.kind == "cut_link"
-    )
-
-
-def _schedule(faults: Sequence[ScriptedFault]) -> list[tuple[float, str, str]]:
-    """Return the strikes (time, robot, kind) of the scripted faults, in order of time."""
-    strikes = []
-    for fault in faults:
-        if fault.kind == "freeze":
-            strikes.append((fault.at_s, fault.robot, "freeze"))
-            strikes.append((fault.at_s + fault.duration_s, fault.robot, "thaw"))
-        elif fault.kind != "cut_link":
-            strikes.append((fault.at_s, fault.robot, fault.kind))
-    return sorted(strikes)

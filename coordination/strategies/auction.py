@@ -25,15 +25,16 @@ class AuctionSettings(BaseModel):
 
     Attributes:
         cost_weight_m2_per_m: how much information one metre of way must be worth.
-        detour_weight: how much a metre counts by which the robot's round through all its places
-            gets longer when it goes there first, against a metre of way.
+        loss_weight: how much it counts what a robot loses on the rest of its route by going to a
+            place first; 0 is the paper's rule, which looks at one place at a time.
         min_gain_m2: the least discounted gain worth a trip.
         hysteresis_ratio: a place in the region of the robot's running task has its gain divided by
             this; lower values make robots stay with what they are at. 1 switches it off.
         gain_cap_m2: more than this counts no more, so that one huge open area does not always beat
             the small rooms on the way: they would have to be come back for.
-        stay_m2: the place a robot is heading for, and those within `stay_radius_m` of it, count
-            this much more: turning round costs time that path lengths do not tell.
+        stay_m2: the place a robot is heading for, those in its region, and those within
+            `stay_radius_m` of it, count this much more: turning round costs time that path lengths
+            do not tell.
         stay_radius_m: see `stay_m2`.
         separation_m: no two robots are sent to places closer than this.
     """
@@ -41,7 +42,7 @@ class AuctionSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     cost_weight_m2_per_m: Annotated[float, Field(ge=0.0)] = 1.0
-    detour_weight: Annotated[float, Field(ge=0.0)] = 1.0
+    loss_weight: Annotated[float, Field(ge=0.0)] = 1.0
     min_gain_m2: Annotated[float, Field(ge=0.0)] = 1.0
     hysteresis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
     gain_cap_m2: Annotated[float, Field(gt=0.0)] = 60.0
@@ -113,7 +114,7 @@ class Auction:
         if heading is not None:
             held = inside(bid.places, heading.rectangle)
             values = np.where(held, values / self.settings.hysteresis_ratio, values)
-            stays = near(bid.places, heading.goal, self.settings.stay_radius_m)
+            stays = held | near(bid.places, heading.goal, self.settings.stay_radius_m)
             values = np.where(stays, values + self.settings.stay_m2, values)
         offer = _Offer(bid, values, np.zeros(len(bid)), np.ones(len(bid), dtype=np.bool_))
         for count in range(1, len(running) + 1):
@@ -143,8 +144,8 @@ class Auction:
         if not worth.any():
             return None
         weight = self.settings.cost_weight_m2_per_m * bid.cost_weight
-        costs = bid.costs + self.settings.detour_weight * bid.detours
-        utilities = (1.0 - offer.overlaps) * offer.values - weight * costs
+        utilities = (1.0 - offer.overlaps) * offer.values - weight * bid.costs
+        utilities -= self.settings.loss_weight * bid.losses
         rows = np.flatnonzero(worth)
         first = np.lexsort((rows, bid.costs[rows], -utilities[rows]))[0]
         row = int(rows[first])

@@ -11,7 +11,8 @@ from pydantic import ValidationError
 
 from expedition.commands.options import Interrupt, JsonOption, print_json, tcp_endpoint
 from expedition.team import UsageError
-from protocol.messages import Answer, Message, PauseRequest, ResumeRequest, VisitRequest
+from protocol.messages import Message
+from protocol.operator_messages import Answer, PauseRequest, ResumeRequest, VisitRequest
 
 RobotArgument = Annotated[str, typer.Argument(help="the robot's name")]
 ServerOption = Annotated[

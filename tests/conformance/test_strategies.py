@@ -36,6 +36,7 @@ def bids_of(draw: st.DrawFn, robot: str) -> RobotBid:
         table[:, 3],
         np.column_stack((places - table[:, 4:5] / 2, places + table[:, 5:6] / 2)),
         np.empty((0, 2)),
+        np.abs(table[:, 3]),
         draw(st.sampled_from([0.5, 1.0, 2.0])),
     )
 
@@ -127,6 +128,7 @@ def test_a_lone_robot_with_one_place_goes_there(name: str) -> None:
         np.array([4.0]),
         np.array([[3.0, -1.0, 7.0, 2.0]]),
         np.empty((0, 2)),
+        np.zeros(1),
     )
     (choice,) = load_strategy(name).assign((bid,), (), ())
     assert choice.goal == (4.0, 0.0)

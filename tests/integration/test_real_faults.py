@@ -14,7 +14,8 @@ import zmq
 
 from expedition.launch import Progress
 from protocol.codec import Header, encode
-from protocol.messages import Hello, StopRequest, VisitRequest
+from protocol.messages import Hello
+from protocol.operator_messages import StopRequest, VisitRequest
 from tests.integration.teams import (
     PATIENCE,
     Told,

@@ -12,11 +12,13 @@ from mapping.geometry import IDENTITY
 Row = tuple[float, float, float, float, float]  # x, y, gain, cost, half a square region's edge
 
 # As in the paper, one square metre for one metre; defaults may be tuned without touching this file.
-PLAIN = AuctionSettings(cost_weight_m2_per_m=1.0, gain_cap_m2=1e6, stay_m2=0.0)
+PLAIN = AuctionSettings(cost_weight_m2_per_m=1.0, loss_weight=1.0, gain_cap_m2=1e6, stay_m2=0.0)
 CAPPED = PLAIN.model_copy(update={"gain_cap_m2": 25.0})
 
 
-def bid(robot: str, *rows: Row, cost_weight: float = 1.0) -> RobotBid:
+def bid(
+    robot: str, *rows: Row, cost_weight: float = 1.0, losses: list[float] | None = None
+) -> RobotBid:
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)
     places, half = table[:, :2], table[:, 4:5]
     return RobotBid(
@@ -29,6 +31,7 @@ def bid(robot: str, *rows: Row, cost_weight: float = 1.0) -> RobotBid:
         table[:, 3],
         np.column_stack((places - half, places + half)),
         np.empty((0, 2)),
+        np.zeros(len(table)) if losses is None else np.array(losses, dtype=np.float64),
         cost_weight,
     )
 
@@ -49,6 +52,14 @@ def test_the_highest_net_utility_goes_first_and_discounts_the_rest() -> None:
     )
     assert goals(choices) == {"anna": (0, 0), "ben": (9, 0)}
     assert [choice.utility for choice in choices] == [18, 10]
+
+
+def test_what_going_there_first_costs_the_rest_counts() -> None:
+    rows = ((0, 0, 4, 2, 1), (9, 0, 20, 9, 2))
+    ahead = bid("anna", *rows, losses=[0.0, 16.0])
+    assert goals(Auction(PLAIN).assign((ahead,), (), ())) == {"anna": (0, 0)}
+    paper = Auction(PLAIN.model_copy(update={"loss_weight": 0.0}))
+    assert goals(paper.assign((ahead,), (), ())) == {"anna": (9, 0)}
 
 
 def test_overlap_discounts_by_area() -> None:

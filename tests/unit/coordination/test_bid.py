@@ -86,8 +86,14 @@ def test_without_leaves_places_out() -> None:
         np.array([1.0, 2.0]),
         np.zeros((2, 4)),
         np.empty((0, 2)),
+        np.array([0.0, 4.0]),
         2.0,
     )
     rest = bid.without([(0.1, 0.1)], 0.5)
-    assert len(rest) == 1 and rest.gains.tolist() == [6.0] and rest.cost_weight == 2.0
+    assert (
+        len(rest) == 1
+        and rest.gains.tolist() == [6.0]
+        and rest.losses.tolist() == [4.0]
+        and rest.cost_weight == 2.0
+    )
     assert bid.without([], 0.5) is bid

@@ -14,7 +14,16 @@ def bid(robot: str, *rows: tuple[float, float, float]) -> RobotBid:
     places = np.column_stack((table[:, 0], np.zeros(len(table))))
     rectangles = np.column_stack((places - 1.0, places + 1.0))
     return RobotBid(
-        robot, 1, 1, IDENTITY, places, table[:, 1], table[:, 2], rectangles, np.empty((0, 2))
+        robot,
+        1,
+        1,
+        IDENTITY,
+        places,
+        table[:, 1],
+        table[:, 2],
+        rectangles,
+        np.empty((0, 2)),
+        np.zeros(len(table)),
     )
 
 

@@ -39,6 +39,7 @@ def test_choice_of() -> None:
         np.array([3.0]),
         np.array([[0.0, 0.0, 4.0, 4.0]]),
         np.empty((0, 2)),
+        np.zeros(1),
     )
     expected = Choice("anna", 0, (1.0, 2.0), (0.0, 0.0, 4.0, 4.0), 4.5, 3.0, 1.5)
     assert choice_of(bid, 0, 4.5, 1.5) == expected

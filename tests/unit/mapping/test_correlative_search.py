@@ -21,29 +21,36 @@ from tests.unit.mapping.rectangle import rectangle_scan
 
 VAGUE = np.diag([1.0, 1.0, 1.0]) * 1e-3
 
+# Where the room lies in the map: off the lattice. A wall on the line between two rows of cells
+# would fall into one or the other by rounding alone.
+ROOM = Pose2(0.04, 0.03, 0.0)
+
 
 @pytest.fixture(scope="module")
 def room() -> MatchMap:
     built = MatchMap(MapSettings(resolution=0.1))
     for x, theta in ((1.5, 0.0), (2.5, 1.0), (3.0, 2.0)):
         pose = Pose2(x, 1.2, theta)
-        built.insert(rectangle_scan(pose, beams=60), pose)
+        built.insert(rectangle_scan(pose, beams=60), ROOM @ pose)
     return built
 
 
 def look(room: MatchMap, pose: Pose2, guess: Pose2, window: SearchWindow, **chosen):
+    """Search around a guess; poses are in the room."""
     points = scan_points(rectangle_scan(pose, beams=24))
-    return search(
-        room.grid, room.surfaces, points, guess, window, VAGUE, 1.0, SearchSettings(**chosen)
+    found = search(
+        room.grid, room.surfaces, points, ROOM @ guess, window, VAGUE, 1.0, SearchSettings(**chosen)
     )
+    return [ROOM.inverse() @ T for T in found]
 
 
 def test_a_kidnapped_guess_is_found_again(room):
     pose = Pose2(2.0, 1.5, 0.4)
     guess = Pose2(2.5, 1.1, 0.4 + math.radians(15.0))
     found = look(room, pose, guess, SearchWindow(0.7, math.radians(18.0), math.radians(3.0)))
-    assert found[0].distance_to(pose) < 0.1
-    assert abs(wrap_angle(found[0].theta - pose.theta)) < math.radians(4.0)
+    # The true pose is one of the lattice's; a neighbour may score as well, none farther off.
+    assert max(abs(found[0].x - pose.x), abs(found[0].y - pose.y)) < 0.1 + 1e-9
+    assert abs(wrap_angle(found[0].theta - pose.theta)) < math.radians(3.0) + 1e-9
 
 
 def test_the_best_of_the_whole_lattice_is_found(room):
@@ -59,7 +66,7 @@ def test_the_best_of_the_whole_lattice_is_found(room):
         from mapping.surface_map import layer_of
 
         # As the search does: turn first, then shift by whole cells.
-        turned = turned_points(points, Pose2(guess.x, guess.y, T.theta))
+        turned = turned_points(points, ROOM @ Pose2(guess.x, guess.y, T.theta))
         cells = room.grid.geometry.cells_at(turned[:, :2])
         cells[:, 0] += round((T.y - guess.y) / 0.1)
         cells[:, 1] += round((T.x - guess.x) / 0.1)
@@ -105,10 +112,10 @@ def test_many_beams_are_thinned_evenly(room):
     points = scan_points(rectangle_scan(pose, beams=48))
     window = SearchWindow(0.3, 0.1, 0.05)
     found = search(
-        room.grid, room.surfaces, points, Pose2(2.2, 1.4, 0.4), window, VAGUE, 1.0,
+        room.grid, room.surfaces, points, ROOM @ Pose2(2.2, 1.4, 0.4), window, VAGUE, 1.0,
         SearchSettings(beams=20),
     )  # fmt: skip
-    assert found[0].distance_to(pose) < 0.12
+    assert found[0].distance_to(ROOM @ pose) < 0.12
 
 
 def test_scores_fall_with_the_distance_and_are_neutral_where_unknown():

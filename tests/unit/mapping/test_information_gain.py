@@ -6,7 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mapping.grid import CLEAR, OBSTACLE, UNKNOWN
-from mapping.information_gain import entropy_weight, gain_region, information_gains
+from mapping.information_gain import (
+    entropy_weight,
+    gain_region,
+    information_gains,
+    roomy_classes,
+)
 
 
 def flooded(classes: np.ndarray, cell: tuple[int, int], reach: float) -> set[tuple[int, int]]:
@@ -79,3 +84,11 @@ def test_entropy() -> None:
     assert bits.dtype == np.float32
     assert bits[0, 0] == 1.0
     assert entropy_weight(np.array([-math.inf, 80.0], dtype=np.float32))[1] == pytest.approx(0.0)
+
+
+def test_floods_do_not_pass_gaps_that_the_body_cannot():
+    classes = np.array([[CLEAR, UNKNOWN, UNKNOWN], [OBSTACLE, UNKNOWN, CLEAR]], dtype=np.uint8)
+    clearance = np.array([[0.1, 0.1, 0.3], [0.0, 0.05, 0.2]], dtype=np.float32)
+    roomy = roomy_classes(classes, clearance, 0.25)
+    assert roomy.tolist() == [[CLEAR, CLEAR, UNKNOWN], [OBSTACLE, CLEAR, CLEAR]]
+    assert classes[0, 1] == UNKNOWN

@@ -11,6 +11,7 @@ from mapping.geometry import Pose2
 from mapping.grid import GridGeometry, OccupancyGrid
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings, beam_ends, integrate_scan, scan_extent
+from mapping.scan_points import scan_points, turned_points
 from tests.unit.mapping.rectangle import rectangle_scan
 
 HERE = Pose2(0.05, 0.05, 0.0)
@@ -60,15 +61,35 @@ def test_a_range_of_zero_is_ignored():
 
 def test_a_very_short_beam_clears_nothing():
     grid = blank()
-    integrate_scan(grid, one_beam(0.03), HERE)
+    integrate_scan(grid, one_beam(0.015), HERE)
     assert (grid.log_odds >= 0.0).all()
 
 
-def test_hits_win_over_grazing_beams():
-    ranges = np.array([1.0, 2.0], dtype=np.float32)
-    grid = blank()
-    integrate_scan(grid, LaserScan(ranges, 0.0, 0.01, 3.0, 0.0), HERE)
-    assert at(grid, 1.05, 0.05) > 0.0
+def test_as_many_beams_must_end_in_a_cell_as_pass_it():
+    for ranges, wall in (([0.97, 2.0], True), ([0.97, 2.0, 2.0], False)):
+        grid = blank()
+        scan = LaserScan(np.array(ranges, dtype=np.float32), 0.0, 0.01, 3.0, 0.0)
+        integrate_scan(grid, scan, HERE)
+        assert (at(grid, 1.05, 0.05) > 0.0) == wall
+
+
+def test_a_thin_wall_seen_from_both_sides_is_drawn_once():
+    grid = blank(half=2.0)
+    bearings = np.linspace(-0.5, 0.5, 41)
+    for x, facing in ((0.02, 1.0), (1.07, -1.0)):  # the wall is from 0.52 to 0.57 m
+        reach = (0.5 / np.cos(bearings)).astype(np.float32)
+        scan = LaserScan(reach, -0.5, 0.025, 5.0, 0.0)
+        integrate_scan(grid, scan, Pose2(x, 0.05, 0.0 if facing > 0.0 else np.pi))
+    across = [at(grid, x, 0.05) > 0.0 for x in (0.35, 0.45, 0.55, 0.65)]
+    assert across == [False, False, True, False]
+
+
+def test_points_that_are_known_already_are_not_made_again():
+    scan = LaserScan(np.full(30, 1.0, dtype=np.float32), 0.0, 0.05, 3.0, 0.0)
+    given_them, alone = blank(), blank()
+    integrate_scan(alone, scan, HERE)
+    integrate_scan(given_them, scan, HERE, points_map=turned_points(scan_points(scan), HERE))
+    assert np.array_equal(alone.log_odds, given_them.log_odds)
 
 
 def test_every_cell_changes_at_most_once_per_scan():
@@ -144,8 +165,8 @@ def test_neighbouring_end_points_lie_on_one_surface():
     grid = blank()
     integrate_scan(grid, scan, HERE, settings)
     wall = grid.log_odds > 0.0
-    columns = grid.geometry.cells_at(scan.points_base())[:, 0]
-    assert all(wall[iy].any() for iy in range(columns.min(), columns.max() + 1))
+    rows = np.flatnonzero(wall.any(axis=1))
+    assert len(rows) > 2 * len(ranges) and (np.diff(rows) == 1).all()
     # What was seen free stays free: a surface is only guessed where nothing speaks against it.
     grid.log_odds[:] = -1.0
     integrate_scan(grid, scan, HERE, settings)

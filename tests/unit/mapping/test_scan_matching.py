@@ -61,12 +61,15 @@ def test_a_kidnapped_guess_needs_the_window(room):
     assert abs(wrap_angle(result.T_map_base.theta - pose.theta)) < math.radians(0.7)
 
 
-def test_along_a_corridor_the_prior_keeps_its_variance():
+@pytest.mark.parametrize("half_width", [1.0, 1.03])  # walls between two rows of cells, and not
+def test_along_a_corridor_the_prior_keeps_its_variance(half_width):
     built = MatchMap(MapSettings(resolution=0.1))
     for x in (0.0, 0.4, 0.8):
-        built.insert(corridor_scan(Pose2(x, 0.0, 0.0)), Pose2(x, 0.0, 0.0))
+        scan = corridor_scan(Pose2(x, 0.0, 0.0), half_width=half_width)
+        built.insert(scan, Pose2(x, 0.0, 0.0))
     guess = Pose2(0.55, 0.05, 0.03)
-    result = built.match(corridor_scan(Pose2(0.6, 0.0, 0.0)), guess, PRIOR)
+    scan = corridor_scan(Pose2(0.6, 0.0, 0.0), half_width=half_width)
+    result = built.match(scan, guess, PRIOR)
     assert result.covariance[0, 0] > 0.8 * PRIOR[0, 0]
     assert result.covariance[1, 1] < 0.1 * PRIOR[1, 1]
     assert result.T_map_base.x == pytest.approx(guess.x, abs=0.02)

@@ -15,6 +15,7 @@ from pydantic.fields import FieldInfo
 
 from mapping.geometry import Pose2
 from protocol import messages as words
+from protocol import operator_messages as asks
 from protocol import world_messages as body
 from protocol.body import Body, Drive, Lidar
 from protocol.codec import KINDS, Header
@@ -108,13 +109,13 @@ def examples() -> dict[str, Message]:
         words.TaskProgress(task=5, remaining_m=2.5),
         words.TaskEnd(task=5, outcome="failed", reason="stuck"),
         words.MissionEnd(ended="explored", reason="nothing useful is left"),
-        words.VisitRequest(robot="robot1", x_m=1.0, y_m=-2.0),
-        words.PauseRequest(robot="robot1"),
-        words.ResumeRequest(robot="robot1"),
-        words.DriveRequest(robot="robot1", speed_m_s=0.25, turn_rate_rad_s=-0.5),
-        words.StopRequest(ended="coverage"),
-        words.Answer(accepted=True, text="robot1 is paused"),
-        words.RobotLost(robot="robot2", state="lost"),
+        asks.VisitRequest(robot="robot1", x_m=1.0, y_m=-2.0),
+        asks.PauseRequest(robot="robot1"),
+        asks.ResumeRequest(robot="robot1"),
+        asks.DriveRequest(robot="robot1", speed_m_s=0.25, turn_rate_rad_s=-0.5),
+        asks.StopRequest(ended="coverage"),
+        asks.Answer(accepted=True, text="robot1 is paused"),
+        asks.RobotLost(robot="robot2", state="lost"),
         body.Join(role="robot", incarnation=1),
         body.Joined(lockstep=True, now_s=0.0, step_s=0.1, body=a_body, start=POSE),
         body.JoinRefused(reason="the name is taken"),

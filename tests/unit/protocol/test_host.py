@@ -15,7 +15,8 @@ from protocol.effects import (
     Strike,
 )
 from protocol.host import Host, Parcel
-from protocol.messages import PauseRequest, Welcome
+from protocol.messages import Welcome
+from protocol.operator_messages import PauseRequest
 from tests.unit.protocol.cores import Scripted, host_of, parcel
 from tests.unit.protocol.samples import header_of
 

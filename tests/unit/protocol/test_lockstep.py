@@ -7,7 +7,8 @@ from protocol.codec import decode
 from protocol.effects import Effect, Note, PeerLeft, Received, Send, Stop, Strike
 from protocol.host import Parcel
 from protocol.lockstep import Bundle, Conductor
-from protocol.messages import PauseRequest, Welcome
+from protocol.messages import Welcome
+from protocol.operator_messages import PauseRequest
 from protocol.world_messages import Ping
 from tests.unit.protocol.cores import Scripted, host_of, parcel
 

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from mapping.geometry import IDENTITY, Pose2
 from protocol.body import Body, Lidar
@@ -14,6 +13,7 @@ from robot_agent.settings import ExplorerSettings
 
 BODY = Body(radius_m=0.2, lidar=Lidar(range_max_m=3.0))
 RESOLUTION = 0.1
+ALONE = np.zeros((0, 2))
 
 
 def hall(open_end: bool = True) -> MapSnapshot:
@@ -52,13 +52,13 @@ def explorer_in(snapshot: MapSnapshot, **settings: object) -> tuple[Explorer, Pl
     explorer = Explorer(BODY, ExplorerSettings.model_validate(settings), planning_map)
     planning_map.apply_snapshot(snapshot)
     explorer.map_changed(None)
-    box = planning_map.apply_delta(unknown_beyond(2))
-    explorer.map_changed(box)
+    assert planning_map.apply_delta(unknown_beyond(2)) is not None
+    explorer.map_changed(planning_map.changes)
     return explorer, planning_map
 
 
 def bid_of(explorer: Explorer, T_map_base: Pose2 = IDENTITY, now: float = 0.0) -> Bid:
-    bid = explorer.bid(T_map_base, False, now)
+    bid = explorer.bid(T_map_base, ALONE, False, now)
     assert bid is not None
     return bid
 
@@ -84,12 +84,12 @@ def test_there_is_nothing_to_bid_on_in_a_closed_room() -> None:
 def test_a_bid_is_made_on_news_only_and_not_too_often_unless_one_is_idle() -> None:
     explorer, planning_map = explorer_in(hall(), bid_period_s=1.0)
     bid_of(explorer)
-    assert explorer.bid(IDENTITY, False, 5.0) is None
-    explorer.map_changed(planning_map.geometry.box)
+    assert explorer.bid(IDENTITY, ALONE, False, 5.0) is None
+    explorer.map_changed([planning_map.geometry.box])
     assert bid_of(explorer, now=5.0).number == 2
-    explorer.map_changed(planning_map.geometry.box)
-    assert explorer.bid(IDENTITY, False, 5.5) is None
-    assert explorer.bid(IDENTITY, True, 5.5) is not None
+    explorer.map_changed([planning_map.geometry.box])
+    assert explorer.bid(IDENTITY, ALONE, False, 5.5) is None
+    assert explorer.bid(IDENTITY, ALONE, True, 5.5) is not None
 
 
 def test_places_behind_a_wall_are_told_as_unreachable() -> None:
@@ -104,7 +104,8 @@ def test_places_behind_a_wall_are_told_as_unreachable() -> None:
         cols=2,
         cells=pack_cells(np.full((20, 2), 3.0, dtype=np.float32)),
     )
-    explorer.map_changed(planning_map.apply_delta(wall))
+    assert planning_map.apply_delta(wall) is not None
+    explorer.map_changed(planning_map.changes)
     bid = bid_of(explorer)
     assert len(bid.places_map) == 0
     assert len(bid.unreachable_map) > 0
@@ -118,16 +119,64 @@ def test_one_that_believes_to_be_outside_the_map_reaches_nothing() -> None:
     assert len(bid.unreachable_map) > 0
 
 
-@pytest.mark.parametrize("setting", ["weigh_by_probability", "openings_limit_gains"])
-def test_refinements_can_be_turned_off(setting: str) -> None:
-    plain, _ = explorer_in(hall(), **{setting: False})
+def test_weighing_by_probability_can_be_turned_off() -> None:
+    plain, _ = explorer_in(hall(), weigh_by_probability=False)
     assert (bid_of(plain).gains > 0.0).all()
 
 
-def test_no_more_is_expected_through_a_gap_than_can_be_seen_through_it() -> None:
-    explorer, _ = explorer_in(hall())
-    gains = explorer._through_openings(np.array([9.0, 9.0]), np.array([0.1, 1.0]))
-    assert gains.tolist() == [pytest.approx(0.2), 9.0]
+def test_nothing_is_expected_behind_a_gap_too_narrow_for_the_body() -> None:
+    explorer, planning_map = explorer_in(hall(), frontier_cells_min=2)
+    assert bid_of(explorer).gains.max() > 1.0
+    walls = np.full((20, 1), 3.0, dtype=np.float32)
+    walls[9:12] = 0.0  # 0.3 m, and the body needs 0.4
+    shut = MapDelta(
+        number=3,
+        resolution_m=RESOLUTION,
+        lattice_x=19,
+        lattice_y=-10,
+        rows=20,
+        cols=1,
+        cells=pack_cells(walls),
+    )
+    planning_map.apply_delta(shut)
+    explorer.map_changed(planning_map.changes)
+    assert len(bid_of(explorer, now=9.0).places_map) == 0
+
+
+def two_ends() -> Explorer:
+    """A corridor along x, open at x = 2 and, through a wide gap in its left end, at x = -1."""
+    explorer, planning_map = explorer_in(hall(), route_worth=0.2)
+    opened = MapDelta(
+        number=3,
+        resolution_m=RESOLUTION,
+        lattice_x=-20,
+        lattice_y=-10,
+        rows=20,
+        cols=11,
+        cells=pack_cells(np.pad(np.full((14, 1), -3.0, np.float32), ((3, 3), (10, 0)))),
+    )
+    planning_map.apply_delta(opened)
+    explorer.map_changed(planning_map.changes)
+    return explorer
+
+
+def test_going_to_one_end_first_costs_the_other() -> None:
+    explorer = two_ends()
+    bid = bid_of(explorer, Pose2(-0.4, 0.0, 0.0))
+    left = bid.places_map[:, 0] < 0.0
+    assert left.any() and not left.all()
+    assert bid.losses.min() == 0.0 and (bid.losses >= 0.0).all()
+    # Less is lost by going first to where there is less to gain.
+    poor, rich = (left, ~left) if bid.gains[left].max() < bid.gains[~left].max() else (~left, left)
+    assert bid.losses[poor].min() < bid.losses[rich].min()
+
+
+def test_what_a_teammate_is_nearer_to_is_not_looked_ahead_to() -> None:
+    explorer = two_ends()
+    mates = np.array([[-0.6, 0.3], [1.6, 0.3]])
+    bid = explorer.bid(Pose2(0.6, 0.0, 0.0), mates, False, 0.0)
+    assert bid is not None
+    assert (bid.losses == 0.0).all()
 
 
 def test_only_the_richest_places_are_told() -> None:

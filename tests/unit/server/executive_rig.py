@@ -40,6 +40,7 @@ def bid_of(
         table[:, 2],
         np.column_stack((places - 1.0, places + 1.0)),
         np.array(unreachable or [], dtype=np.float64).reshape(-1, 2),
+        np.zeros(len(table)),
     )
 
 

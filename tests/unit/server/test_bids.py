@@ -30,6 +30,9 @@ def test_a_bid_is_taken_over() -> None:
     arrays = (bid.places, bid.gains, bid.costs, bid.rectangles, bid.unreachable)
     assert all(array.dtype == np.float64 for array in arrays)
     assert bid.cost_weight == 1.0
+    assert bid.losses.tolist() == [0.0]  # not told by an older robot
+    told = message(losses=np.array([3.5], dtype=np.float32))
+    assert robot_bid("anna", told, Body()).losses.tolist() == [3.5]
 
 
 def test_a_slow_robots_ways_cost_more() -> None:
@@ -44,6 +47,8 @@ def test_a_slow_robots_ways_cost_more() -> None:
         ({"gains": np.zeros(2, dtype=np.float32)}, "1 places, but"),
         ({"gains": np.array([-1.0], dtype=np.float32)}, "negative"),
         ({"costs_m": np.array([-1.0], dtype=np.float32)}, "negative"),
+        ({"losses": np.array([-1.0], dtype=np.float32)}, "negative"),
+        ({"losses": np.zeros(3, dtype=np.float32)}, "1 places, but"),
         ({"rectangles_map": np.array([[2, 3, 1, 6]], dtype=np.float32)}, "least corner"),
     ],
 )

@@ -12,6 +12,7 @@ from mapping.grid import CLEAR, OBSTACLE, classify
 from mapping.scan import LaserScan
 from server.map_merger import MapMerger, Placement, Report
 from server.settings import MergerSettings
+from server.tying import search_window
 from tests.unit.rooms import room, scan_in
 
 ROOM = room()
@@ -118,11 +119,10 @@ def test_a_scan_that_contradicts_the_map_is_kept_out_of_it() -> None:
 
 
 def test_the_window_grows_with_what_is_unsure() -> None:
-    merger = MapMerger(SETTINGS)
-    assert merger._window(SURE) is None
-    unsure = merger._window(np.diag([0.04, 0.01, 0.01]))
+    assert search_window(SURE, SETTINGS) is None
+    unsure = search_window(np.diag([0.04, 0.01, 0.01]), SETTINGS)
     assert unsure is not None
-    turned = merger._window(np.diag([1e-4, 1e-4, 0.01]))
+    turned = search_window(np.diag([1e-4, 1e-4, 0.01]), SETTINGS)
     assert turned is not None
 
 
@@ -183,3 +183,26 @@ def test_the_map_is_drawn_again_where_the_graph_moved_its_scans() -> None:
 
 def test_a_merger_without_reports_has_nothing_to_settle() -> None:
     assert not MapMerger(SETTINGS).settle()
+
+
+def test_a_map_never_grows_beyond_its_limit() -> None:
+    merger = merger_with_map(largest_cells=400 * 400)
+    shape = merger.geometry.shape
+    far = merger.place("a", report(Pose2(0.3, 0.2, 0.2), Pose2(-300.0, 0.0, 0.0)))
+    assert far.too_far and not far.matched
+    assert merger.geometry.shape == shape and len(merger.nodes) == 2
+    assert merger.place("a", report(Pose2(0.2, 0.1, 0.1), stamp=2.0)).matched
+
+
+def test_a_beam_without_end_is_not_searched_for() -> None:
+    merger = merger_with_map()
+    endless = LaserScan(np.array([999.0], dtype=np.float32), 0.0, 0.1, 1000.0, 0.0)
+    assert merger.place("a", Report(endless, IDENTITY, SURE, np.zeros((0, 4)))).too_far
+
+
+def test_a_tie_that_leads_too_far_is_not_made() -> None:
+    merger = merger_with_map(largest_cells=400 * 400)
+    merger.add("b", Pose2(0.4, 0.2, 0.0), 0.1, 0.05)
+    away = report(Pose2(0.4, 0.2, 0.0), Pose2(500.0, 0.0, 0.0))
+    assert merger.place("b", away).too_far
+    assert len(merger.nodes) == 2

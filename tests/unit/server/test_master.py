@@ -3,112 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pytest
 
-from coordination.strategies.nearest import Nearest
-from coordination.waiting_place import IdleRobot
 from mapping.geometry import IDENTITY, Pose2
 from protocol import messages as words
-from protocol.body import Body
-from protocol.effects import Effect, Note, PeerLeft, Received, Rejected, Send, Stop
+from protocol import operator_messages as asks
+from protocol.effects import PeerLeft, Received, Rejected, Send, Stop
 from protocol.messages import Message
 from protocol.world_messages import Finished, Join
-from server.master import Master
-from server.settings import MergerSettings, ServerSettings
-from tests.unit.rooms import heard, room, scan_in, sent
-
-ROOM = room()
-ROBOTS = ("robot1", "robot2")
-POSES = ServerSettings().map.poses_period_s
-
-
-class Rig:
-    """A master, its clock, and the frame counters of its peers."""
-
-    def __init__(self, time_limit: float | None = None, **settings: Any) -> None:
-        given = ServerSettings(merger=MergerSettings(resolution_m=0.1), **settings)
-        self.master = Master(given, Nearest.from_settings({}), "nearest", ROBOTS, time_limit)
-        self.now = 0.0
-        self.sequences: dict[str, int] = {}
-
-    def says(self, name: str, message: Message) -> list[Effect]:
-        """A peer says something, in the order of its numbers."""
-        self.sequences[name] = self.sequences.get(name, 0) + 1
-        return self.master.handle(heard("fleet", name, message, self.sequences[name]), self.now)
-
-    def tick(self, seconds: float = 0.1) -> list[Effect]:
-        """Time passes, then the master wakes."""
-        self.now = round(self.now + seconds, 6)
-        effects = self.master.tick(self.now)
-        self.master.executive.check_invariants()
-        return effects
-
-    def hello(self, name: str, role: str = "robot", **fields: Any) -> list[Effect]:
-        return self.says(name, words.Hello.model_validate({"role": role, **fields}))
-
-    def beat(self, name: str, T_odom_base: Pose2 = IDENTITY, speed: float = 0.0) -> list[Effect]:
-        path = np.array([[1.0, 0.0]], dtype=np.float32)
-        beat = words.Heartbeat(T_odom_base=T_odom_base, speed_m_s=speed, path_map=path)
-        return self.says(name, beat)
-
-    def report(self, name: str, number: int, T_world_base: Pose2 = IDENTITY) -> list[Effect]:
-        return self.says(name, report(number, T_world_base, self.now))
-
-    def bid(self, name: str, number: int, x: float = 1.0, gain: float = 20.0) -> list[Effect]:
-        return self.says(name, bid(number, self.master.map_number, x, gain))
-
-
-def report(number: int, T_world_base: Pose2, stamp: float) -> words.ScanReport:
-    scan = scan_in(ROOM, T_world_base, stamp)
-    return words.ScanReport(
-        number=number,
-        stamp_s=stamp,
-        ranges=scan.ranges,
-        bearing_start_rad=scan.bearing_start,
-        bearing_step_rad=scan.bearing_step,
-        range_max_m=scan.range_max,
-        T_base_laser=IDENTITY,
-        T_odom_base=T_world_base,
-        covariance=np.diag([1e-4, 1e-4, 1e-5]),
-        track_odom=np.array([[stamp, T_world_base.x, T_world_base.y, T_world_base.theta]]),
-    )
-
-
-def bid(number: int, map_number: int, x: float, gain: float, places: int = 1) -> words.Bid:
-    return words.Bid(
-        number=number,
-        map_number=map_number,
-        T_map_base=IDENTITY,
-        places_map=np.full((places, 2), (x, 0.0), dtype=np.float32),
-        gains=np.array([gain], dtype=np.float32),
-        costs_m=np.array([x], dtype=np.float32),
-        rectangles_map=np.array([[x - 1.0, -1.0, x + 1.0, 1.0]], dtype=np.float32),
-        unreachable_map=np.zeros((0, 2), dtype=np.float32),
-    )
+from tests.unit.rooms import heard, sent
+from tests.unit.server.master_rig import POSES, Rig, begun, bid, notes, of_type, report
 
 
 @pytest.fixture
 def rig() -> Iterator[Rig]:
     """A team of which `robot1` is there, with a map of one scan."""
-    made = Rig()
-    made.tick(0.0)
-    made.hello("robot1", body=Body(radius_m=0.2).model_dump(), start=[0.0, 0.0, 0.0])
-    made.beat("robot1")
-    made.report("robot1", 1)
-    made.tick(0.6)
+    made = begun()
     yield made
     made.master.executive.check_invariants()
-
-
-def notes(effects: list[Effect]) -> str:
-    return " | ".join(effect.text for effect in effects if isinstance(effect, Note))
-
-
-def of_type(effects: list[Effect], kind: type[Message], to: str | None = None) -> list[Any]:
-    return [message for message in sent(effects, to) if isinstance(message, kind)]
 
 
 # --- joining ---------------------------------------------------------------------------------
@@ -128,7 +42,7 @@ def test_a_robot_of_the_team_is_welcome() -> None:
         words.Welcome(now_s=3.0, strategy="nearest")
     ]
     assert "robot1 is here" in notes(effects)
-    assert rig.master.states == {"robot1": "at work", "robot2": "never seen"}
+    assert rig.master.roster.states == {"robot1": "at work", "robot2": "never seen"}
     assert rig.master.pose_of("robot1") == (1.0, 2.0, 0.0)
     assert rig.master.pose_of("robot2") is None
 
@@ -153,19 +67,19 @@ def test_who_does_not_belong_is_refused_with_the_mend(name: str, role: str, why:
     (refused,) = sent(rig.hello(name, role), name)
     assert isinstance(refused, words.Refused)
     assert why in refused.reason
-    assert rig.says(name, words.PauseRequest(robot="robot1")) == []
+    assert rig.says(name, asks.PauseRequest(robot="robot1")) == []
 
 
 def test_before_a_hello_nobody_is_heard(rig: Rig) -> None:
     assert rig.beat("robot2") == []
-    assert rig.says("boss", words.PauseRequest(robot="robot1")) == []
+    assert rig.says("boss", asks.PauseRequest(robot="robot1")) == []
 
 
 def test_what_is_not_for_the_master_is_passed_over(rig: Rig) -> None:
     beat = words.Heartbeat(T_odom_base=IDENTITY, path_map=np.zeros((0, 2), np.float32))
     assert rig.master.handle(heard("clock", "robot1", beat), 0.0) == []
     assert rig.master.handle(PeerLeft("fleet", "robot1"), 0.0) == []
-    assert rig.says("robot1", words.RobotLost(robot="robot2", state="lost")) == []
+    assert rig.says("robot1", asks.RobotLost(robot="robot2", state="lost")) == []
 
 
 def test_a_frame_that_comes_twice_counts_once(rig: Rig) -> None:
@@ -228,7 +142,7 @@ def test_a_teammate_never_becomes_a_wall(rig: Rig) -> None:
     scan = rig.master.merger.nodes[-1].scan
     ahead = np.abs(scan.bearings) < 0.05
     assert (scan.ranges[~ahead] > 0.0).any()
-    disc = rig.master._discs("robot1", rig.now)
+    disc = rig.master._intake.discs("robot1", rig.now)
     assert [(d.x, d.y) for d in disc] == [(0.8, 0.0)]
 
 
@@ -267,13 +181,13 @@ def test_a_silent_robot_is_lost_until_it_speaks_again(rig: Rig) -> None:
     rig.hello("console", "observer")
     effects = rig.tick(6.0)
     assert "robot1 is silent" in notes(effects)
-    lost = words.RobotLost(robot="robot1", state="lost")
-    assert of_type(effects, words.RobotLost, "console") == [lost]
-    assert rig.master.states["robot1"].startswith("lost at 6.")
+    lost = asks.RobotLost(robot="robot1", state="lost")
+    assert of_type(effects, asks.RobotLost, "console") == [lost]
+    assert rig.master.roster.states["robot1"].startswith("lost at 6.")
     back = rig.beat("robot1")
     assert "speaks again" in notes(back)
-    assert rig.master.states["robot1"] == "at work"
-    assert of_type(back, words.RobotLost)[0].state == "back"
+    assert rig.master.roster.states["robot1"] == "at work"
+    assert of_type(back, asks.RobotLost)[0].state == "back"
 
 
 def test_rubbish_is_counted_and_named_once_and_the_books_stay_small() -> None:
@@ -283,9 +197,9 @@ def test_rubbish_is_counted_and_named_once_and_the_books_stay_small() -> None:
     assert rig.master.handle(Rejected("fleet", "evil", "not msgpack: Y"), 0.0) == []
     for k in range(300):
         rig.master.handle(Rejected("fleet", "evil", f"new fault {k}"), 0.0)
-    assert rig.master.rejected["evil", "not msgpack"] == 2
-    assert len(rig.master.rejected) == 101
-    assert sum(rig.master.rejected.values()) == 302
+    assert rig.master.faults.counts["evil", "not msgpack"] == 2
+    assert len(rig.master.faults.counts) == 101
+    assert sum(rig.master.faults.counts.values()) == 302
 
 
 # --- tasks and operators ------------------------------------------------------------------------
@@ -326,38 +240,26 @@ def test_a_bid_that_contradicts_itself_is_dropped(rig: Rig) -> None:
 @pytest.mark.parametrize(
     ("request_", "text"),
     [
-        (words.VisitRequest(robot="robot1", x_m=1.0, y_m=0.0), "goes to (1.00, 0.00)"),
-        (words.PauseRequest(robot="robot1"), "is paused"),
-        (words.ResumeRequest(robot="robot1"), "with the team already"),
-        (words.DriveRequest(robot="robot1", speed_m_s=0.1, turn_rate_rad_s=0.0), "drives at 0.10"),
+        (asks.VisitRequest(robot="robot1", x_m=1.0, y_m=0.0), "goes to (1.00, 0.00)"),
+        (asks.PauseRequest(robot="robot1"), "is paused"),
+        (asks.ResumeRequest(robot="robot1"), "with the team already"),
+        (asks.DriveRequest(robot="robot1", speed_m_s=0.1, turn_rate_rad_s=0.0), "drives at 0.10"),
     ],
 )
 def test_an_operators_word_is_carried_out_and_answered(
     rig: Rig, request_: Message, text: str
 ) -> None:
     rig.hello("boss", "operator")
-    (answer,) = of_type(rig.says("boss", request_), words.Answer, "boss")
+    (answer,) = of_type(rig.says("boss", request_), asks.Answer, "boss")
     assert answer.accepted
     assert text in answer.text
 
 
 def test_a_word_about_a_robot_nobody_knows_is_refused(rig: Rig) -> None:
     rig.hello("boss", "operator")
-    (answer,) = of_type(rig.says("boss", words.PauseRequest(robot="robot7")), words.Answer)
+    (answer,) = of_type(rig.says("boss", asks.PauseRequest(robot="robot7")), asks.Answer)
     assert not answer.accepted
     assert "robot1" in answer.text
-
-
-def test_idle_robots_wait_on_free_ground_off_the_ways_of_others(rig: Rig) -> None:
-    idle = (IdleRobot("robot1", (0.0, 0.0)),)
-    places, gains = np.array([[1.5, 0.0]]), np.array([10.0])
-    chosen = rig.master._waiting_places(idle, places, gains)
-    assert set(chosen) <= {"robot1"}
-    rig.hello("robot2", start=[1.0, 0.5, 0.0])
-    rig.beat("robot2")
-    assert set(rig.master._waiting_places(idle, places, gains)) <= {"robot1"}
-    assert rig.master._waiting_places(idle, np.zeros((0, 2)), np.zeros(0)) == {}
-    assert Rig().master._waiting_places(idle, places, gains) == {}
 
 
 # --- the end -----------------------------------------------------------------------------------
@@ -378,17 +280,17 @@ def test_the_time_limit_ends_the_mission_and_the_server_leaves_after_last_words(
         Send("clock", "world", Finished(ended="time_limit", reason="2 s are over")),
         Stop("time_limit"),
     ]
-    assert rig.master.states == {"robot1": "finished", "robot2": "never seen"}
+    assert rig.master.roster.states == {"robot1": "finished", "robot2": "never seen"}
     rig.now += 1.0
     assert rig.report("robot1", 2) == []
 
 
 def test_a_request_to_stop_ends_the_mission_once(rig: Rig) -> None:
     rig.hello("boss", "operator")
-    effects = rig.says("boss", words.StopRequest())
-    assert of_type(effects, words.Answer, "boss")[0].accepted
+    effects = rig.says("boss", asks.StopRequest())
+    assert of_type(effects, asks.Answer, "boss")[0].accepted
     assert of_type(effects, words.MissionEnd, "robot1")[0].reason == "asked for by boss"
-    again = rig.says("boss", words.StopRequest(ended="coverage"))
+    again = rig.says("boss", asks.StopRequest(ended="coverage"))
     assert of_type(again, words.MissionEnd) == []
     assert rig.master.ended == "operator"
 

@@ -91,3 +91,13 @@ def test_only_sightings_from_the_start_count() -> None:
     sightings = look(starts, {"a": "b", "b": "a"})
     sightings.forget("a")
     assert sightings.relations(starts, 3.0, 0.7) == {}
+
+
+def test_who_sees_discs_everywhere_relates_to_nobody() -> None:
+    sightings = MutualSightings()
+    ring = [[math.cos(k / 6), math.sin(k / 6)] for k in range(40)]
+    for name in ("a", "b"):
+        for _ in range(2):
+            sightings.add(name, IDENTITY, NONE, np.array(ring))
+    starts = {"a": Pose2(0.0, 0.0, 0.0), "b": Pose2(1.0, 0.0, 0.0)}
+    assert sightings.relations(starts, 3.0, 0.7) == {}

@@ -87,3 +87,11 @@ def test_perfect_wheels_are_not_believed_to_be_perfect() -> None:
     motion = motion_of(Drive(noise_distance=0.0, noise_turn=0.0, noise_heading_deg_m=0.0))
     assert min(motion.distance_sigma, motion.drift_sigma, motion.rotation_sigma) > 0.0
     assert motion_of(Drive()).distance_sigma == 0.05
+
+
+def test_a_covariance_that_is_none_does_no_harm() -> None:
+    nonsense = np.array([[-1.0, 1e300, 0.0], [0.0, 1e300, 5.0], [0.0, 0.0, 0.0]])
+    last, now = report(IDENTITY, nonsense), report(Pose2(1.0, 0.0, 0.0), nonsense)
+    way = way_between(last, now, now.track_odom, WHEELS)
+    assert np.isfinite(way.covariance).all()
+    assert np.linalg.eigvalsh(way.covariance)[0] > 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -29,7 +30,7 @@ def team(**settings: float) -> TeamGraph:
     graph = TeamGraph(SETTINGS.model_copy(update=settings), MapSettings(resolution=0.1))
     places = [IDENTITY, Pose2(0.3, 0.2, 0.2), Pose2(0.6, 0.4, 0.4)]
     graph.begin("a", scan_in(ROOM, places[0]), places[0], TIGHT)
-    for before, now in zip(places, places[1:], strict=False):
+    for before, now in itertools.pairwise(places):
         graph.extend("a", scan_in(ROOM, now), now, Way(before.inverse() @ now, TIGHT))
     return graph
 

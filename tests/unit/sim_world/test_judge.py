@@ -9,7 +9,8 @@ import pytest
 from mapping.geometry import Pose2
 from mapping.grid import CLEAR, OBSTACLE
 from protocol.map_cells import pack_cells
-from protocol.messages import MapDelta, MapSnapshot, RobotLost, TeamPoses
+from protocol.messages import MapDelta, MapSnapshot, TeamPoses
+from protocol.operator_messages import RobotLost
 from sim_world.judge import Judge
 from sim_world.truth import CoverageJudge
 from tests.unit.rooms import room
@@ -136,4 +137,12 @@ def test_old_poses_are_thinned_out() -> None:
     at = {name: (pose.x, pose.y) for name, pose in truth.items()}
     for _ in range(25):
         one.hear(poses(**at), truth)
-    assert len(one._pairs) <= 4000
+    assert one._paired <= 4000
+
+
+def test_a_map_beyond_all_reason_is_not_believed() -> None:
+    one = judge()
+    assert one.hear(delta(1, 0, 0, 4, 4), {})
+    with pytest.raises(ValueError, match="not believed"):
+        one.hear(delta(2, 10**6, 10**6, 4, 4), {})
+    assert one.number == 1 and one.cells.size < 10**6

@@ -21,12 +21,14 @@ from protocol.effects import (
     Stop,
     Strike,
 )
-from protocol.messages import Hello, MapRequest, Message, PauseRequest, StopRequest
+from protocol.messages import Hello, MapRequest, Message
+from protocol.operator_messages import PauseRequest, StopRequest
 from protocol.world_messages import BodyFrame, Finished, Join, Joined, MotionCommand
 from sim_world.judge import Judge
+from sim_world.robot_body import RobotSpec
 from sim_world.settings import ScriptedFault, WorldSettings
 from sim_world.truth import CoverageJudge
-from sim_world.world import RobotSpec, World
+from sim_world.world import World
 from tests.unit.rooms import heard, room, sent
 from tests.unit.sim_world.test_judge import delta, whole_truth
 
@@ -217,7 +219,10 @@ def test_the_judge_knocks_until_it_hears_and_asks_for_what_it_missed() -> None:
     header = Header("map_delta", "server", "world", 1, 0.0)
     (note,) = world.handle(Passing("uplink", header, [b"", b""]), 0.3)
     assert isinstance(note, Note)
-    assert "cannot read" in note.text
+    assert "dropped a word to the judge of server" in note.text
+    far = passing("uplink", "server", "world", delta(2, 10**6, 10**6, 2, 2))
+    (note,) = world.handle(far, 0.4)
+    assert isinstance(note, Note) and "not believed" in note.text
 
 
 def test_a_wanted_coverage_ends_the_mission_once() -> None:

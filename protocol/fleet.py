@@ -1,0 +1,64 @@
+"""All that can be said in the fleet protocol: one union, keyed by `type`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from protocol.messages import (
+    Award,
+    Bid,
+    Heartbeat,
+    Hello,
+    MapDelta,
+    MapRequest,
+    MapSnapshot,
+    MissionEnd,
+    PoseUpdate,
+    Refused,
+    ReportsReceived,
+    ScanReport,
+    TaskEnd,
+    TaskProgress,
+    TeamPoses,
+    Terminate,
+    Welcome,
+)
+from protocol.operator_messages import (
+    Answer,
+    DriveRequest,
+    PauseRequest,
+    ResumeRequest,
+    RobotLost,
+    StopRequest,
+    VisitRequest,
+)
+
+FleetMessage = Annotated[
+    Hello
+    | Welcome
+    | Refused
+    | Heartbeat
+    | TeamPoses
+    | ScanReport
+    | ReportsReceived
+    | PoseUpdate
+    | MapSnapshot
+    | MapDelta
+    | MapRequest
+    | Bid
+    | Award
+    | Terminate
+    | TaskProgress
+    | TaskEnd
+    | MissionEnd
+    | VisitRequest
+    | PauseRequest
+    | ResumeRequest
+    | DriveRequest
+    | StopRequest
+    | Answer
+    | RobotLost,
+    Field(discriminator="type"),
+]
