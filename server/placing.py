@@ -183,7 +183,7 @@ def way_between(last: Report, report: Report, track_odom: Floats, motion: Motion
 
 
 def _sane(covariance: Floats) -> Floats:
-    """Return what a robot tells as a covariance (3, 3) that is one, and no larger than the world."""
+    """Return what a robot tells as a covariance (3, 3), made one, no larger than the world."""
     strengths, directions = np.linalg.eigh(0.5 * (covariance + covariance.T))
     sane: Floats = (directions * strengths.clip(0.0, _MOST)) @ directions.T
     return sane
