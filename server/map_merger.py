@@ -208,6 +208,8 @@ class MapMerger:
         if not self.nodes:
             return False
         self.team.settle()
+        self.team.consolidate()
+        self.team.settle()
         return self._redraw()
 
     def track(self, name: str) -> Floats:

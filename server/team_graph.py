@@ -74,6 +74,7 @@ class TeamGraph:
         self.submaps: list[Submap] = []
         self.chains: dict[str, Chain] = {}
         self.closed = 0
+        self._scans: list[LaserScan] = []
         self._unsettled = 0
         self._map_settings = map_settings
 
@@ -81,7 +82,7 @@ class TeamGraph:
 
     def begin(self, robot: str, scan: LaserScan, T_map_base: Pose2, covariance: Floats) -> int:
         """Add the first node of a robot's way, known to `covariance` (3, 3), map frame."""
-        node = self.graph.add(T_map_base)
+        node = self._add(scan, T_map_base)
         submap = self._new_submap(robot, node, covariance, np.zeros((3, 3)))
         submap.insert(scan)
         self.chains[robot] = Chain(node, covariance, submap, IDENTITY, submap.driven, node, {})
@@ -102,13 +103,17 @@ class TeamGraph:
             way: how it got there from the node before, by its own word.
         """
         chain = self.chains[robot]
-        node = self.graph.add(T_map_base)
+        node = self._add(scan, T_map_base)
         information: Floats = np.linalg.inv(way.covariance).astype(np.float64)
         self.graph.connect(Edge(chain.node, node, way.T_last_base, information))
         chain.covariance, chain.driven = self._carried(chain, T_map_base, way)
         chain.node = node
         self._draw(chain, scan, T_map_base, way)
         return node
+
+    def _add(self, scan: LaserScan, T_map_base: Pose2) -> int:
+        self._scans.append(scan)
+        return self.graph.add(T_map_base)
 
     def _carried(self, chain: Chain, T_map_base: Pose2, way: Way) -> tuple[Floats, Floats]:
         """Return both covariances (3, 3) of a robot after its way to a new pose, map frame."""
@@ -207,6 +212,33 @@ class TeamGraph:
             self.closed += 1
             self._unsettled += 1
         return worst
+
+    def consolidate(self) -> None:
+        """Compare all scans with all submaps around them that they were not compared with.
+
+        A scan is compared when it comes with what others drew before; what they draw later may
+        overlap it as well. Of a large team's scans every so many are taken, which bounds the work.
+        """
+        nodes = list(range(0, len(self.graph), 1 + len(self.graph) // self.settings.again_most))
+        known = {(edge.i, edge.j) for edge in self.graph.edges}
+        covariances = self.graph.covariances(nodes)
+        for node, covariance in zip(nodes, covariances, strict=True):
+            scan, T_map_base = self._scans[node], self.graph.pose(node)
+            for submap in self.submaps:
+                T_map_anchor = self.graph.pose(submap.anchor)
+                if submap.anchor == node or (submap.anchor, node) in known:
+                    continue
+                if T_map_anchor.distance_to(T_map_base) > 2.0 * scan.range_max:
+                    continue
+                guess = T_map_anchor.inverse() @ T_map_base
+                if submap.near_walls(guess.apply(scan.points_base()), 0.3) < self.settings.points:
+                    continue
+                dx, dy = T_map_base.x - T_map_anchor.x, T_map_base.y - T_map_anchor.y
+                apart = covariance + carried_covariance(submap.covariance, dx, dy) + FLOOR
+                prior = turned_covariance(apart, T_map_anchor.theta)
+                match = compare(submap.map, scan, guess, prior, self.settings)
+                if match is not None:
+                    self._connect(submap, node, match)
 
     def strained(self, worst: float) -> bool:
         """Whether the nodes are to be moved: a loop closed with an error, or many closed since."""
