@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 
 from expedition.cast import Stage
-from expedition.results.record import PoseGraphRecord, ScanChain, TruthRecord
+from expedition.pose_graph import pose_graph
+from expedition.results.record import TruthRecord
 from expedition.team import TeamSettings
 from mapping.grid import CLEAR, OccupancyGrid, classify
 from mapping.scan_integration import IntegrationSettings, integrate_scan
+from protocol.map_cells import map_digest, quantise
+from server.frontiers_left import frontiers_left
 from server.master import Master
 from sim_world.relay import Tally
 from sim_world.world import World
@@ -32,13 +35,15 @@ def server_part(master: Master, now: float, last: bool = True) -> dict[str, Any]
         name: {
             "ended": master.roster.states[name],
             "track_map": merger.track(name) if name in merger.members else np.empty((0, 4)),
+            "map_digest": _digest_told(master, name),
         }
         for name in master.roster.robots
     }
     return {
         "ended": master.ended or "failed",
-        "reason": master.reason,
+        "reason": master.reason or "the server ended before the mission did",
         "sim_time_s": master.ended_at if master.ended else now,
+        "map_digest": map_digest(quantise(merger.log_odds), merger.geometry) or None,
         "grid": OccupancyGrid(merger.geometry, merger.log_odds) if merger.nodes else None,
         "p_obstacle": master.settings.map.p_obstacle,
         "p_clear": master.settings.map.p_clear,
@@ -46,8 +51,8 @@ def server_part(master: Master, now: float, last: bool = True) -> dict[str, Any]
         "single_clear": single,
         "union_clear": union,
         "tasks": master.executive.happenings,
-        "remaining": master.executive.remaining(),
-        "pose_graph": PoseGraphRecord(_chains(master)),
+        "remaining": _frontiers_left(master),
+        "pose_graph": pose_graph(master.merger.nodes),
         "events": [
             {"t_s": now, "event": "frames dropped", "peer": peer, "reason": reason, "count": count}
             for (peer, reason), count in sorted(master.faults.counts.items())
@@ -55,18 +60,17 @@ def server_part(master: Master, now: float, last: bool = True) -> dict[str, Any]
     }
 
 
-def _chains(master: Master) -> dict[str, ScanChain]:
-    """Return the placed scans of each robot as chains of the pose graph."""
-    chains = {}
-    for name in master.roster.robots:
-        nodes = [node for node in master.merger.nodes if node.robot == name]
-        if nodes:
-            chains[name] = ScanChain(
-                np.array([node.T_map_base.as_array() for node in nodes]),
-                np.array([node.covariance for node in nodes]),
-                np.array([node.T_odom_base.as_array() for node in nodes]),
-            )
-    return chains
+def _frontiers_left(master: Master) -> list[dict[str, object]]:
+    """Return every frontier of the final map, and why it was left."""
+    merger, settings = master.merger, master.settings.map
+    classes = classify(merger.log_odds, settings.p_obstacle, settings.p_clear)
+    return frontiers_left(classes, merger.geometry, master.executive.remaining())
+
+
+def _digest_told(master: Master, name: str) -> str | None:
+    """Return the fingerprint of a robot's copy of the map as it told it last, if it did."""
+    where = master.roster.where.get(name)
+    return where.map_digest or None if where else None
 
 
 def _clear_cells(master: Master) -> tuple[dict[str, int], int]:

@@ -85,9 +85,10 @@ def run_team(
         stage: from `prepare`, if that was done already.
 
     Raises:
-        UsageError: the settings cannot be used; nothing was started.
+        UsageError: the settings cannot be used, or nothing can be written in `out`; nothing was
+            started.
         StartError: a process cannot listen where it was told to, or did not start.
-        OSError: the results cannot be written.
+        OSError: the results cannot be written at the end.
     """
     stage = stage or prepare(team)
     parts = out / "parts"

@@ -16,7 +16,7 @@ import uvloop
 
 from expedition import cast, collect
 from expedition.results.record import save_record_part
-from expedition.team import TeamSettings
+from expedition.team import TeamSettings, UsageError
 from protocol.effects import Note
 from protocol.host import Host
 from server.master import Master
@@ -50,6 +50,7 @@ def play_world(
 
     Raises:
         OSError: the endpoint cannot be bound.
+        TimeoutError: somebody of the team never joined.
     """
     from sim_world.app import run_world
 
@@ -69,7 +70,17 @@ def play_world(
     step = team.world.step_s
     try:
         return uvloop.run(
-            run_world(host, endpoint, step, members, realtime, ties.note, keep_going, ties.bound)
+            run_world(
+                host,
+                endpoint,
+                step,
+                members,
+                realtime,
+                ties.note,
+                keep_going,
+                ties.bound,
+                team.network.join_timeout_s,
+            )
         )
     finally:
         save_record_part(parts, "1-world", collect.world_part(core, stage, team))
@@ -88,7 +99,7 @@ def serve(team: TeamSettings, parts: Path, world: str, endpoints: Sequence[str],
     Raises:
         OSError: no endpoint can be bound.
         protocol.errors.RefusedError: the world does not take the server in.
-        TimeoutError: the world fell silent.
+        TimeoutError: there is no world there, or it fell silent.
     """
     from server.app import run_server
 
@@ -105,7 +116,16 @@ def serve(team: TeamSettings, parts: Path, world: str, endpoints: Sequence[str],
     names = [member.name for member in team.members()]
     try:
         return uvloop.run(
-            run_server(host, world, endpoints, names, ties.note, keep_going, ties.bound)
+            run_server(
+                host,
+                world,
+                endpoints,
+                names,
+                ties.note,
+                keep_going,
+                ties.bound,
+                team.network.join_timeout_s,
+            )
         )
     finally:
         _save_server(parts, host, last=True)
@@ -123,16 +143,39 @@ def live_as(team: TeamSettings, name: str, world: str, ties: Ties) -> str:
 
     Raises:
         protocol.errors.RefusedError: the world does not take the robot in.
-        TimeoutError: the world fell silent.
+        TimeoutError: there is no world there, or it fell silent.
     """
     from robot_agent.app import run_agent
 
-    return uvloop.run(run_agent(cast.agent_host(team, name), world, ties.note, ties.keep_going))
+    patience = team.network.join_timeout_s
+    host = cast.agent_host(team, name)
+    return uvloop.run(run_agent(host, world, ties.note, ties.keep_going, patience))
 
 
 def begin_record(parts: Path, launch: Mapping[str, Any]) -> None:
-    """Make the parts folder ready for a new run: what an earlier one left there goes."""
-    parts.mkdir(parents=True, exist_ok=True)
+    """Make the parts folder ready for a new run: what an earlier one left there goes.
+
+    Raises:
+        UsageError: nothing can be written there.
+    """
+    make_folder(parts)
     for old in (*parts.glob("*.npz"), parts / SERVER_DONE):
         old.unlink(missing_ok=True)
     save_record_part(parts, "0-launch", launch)
+
+
+def make_folder(parts: Path) -> None:
+    """Make the parts folder, and see whether it can be written.
+
+    Raises:
+        UsageError: it cannot.
+    """
+    try:
+        parts.mkdir(parents=True, exist_ok=True)
+        (parts / ".written").touch()
+        (parts / ".written").unlink()
+    except OSError as error:
+        raise UsageError(
+            f"cannot write results in {parts.parent}: {error.strerror}; choose another folder "
+            "with --out"
+        ) from None

@@ -52,11 +52,16 @@ class MemberSettings(_Settings):
 
 
 class NetworkSettings(_Settings):
-    """Where the processes listen; only this machine can reach them unless told otherwise."""
+    """Where the processes listen; only this machine can reach them unless told otherwise.
+
+    A server or robot whose world does not answer gives up after `join_timeout_s` (wall clock), and
+    so does a world that nobody joined for so long while somebody is missing still.
+    """
 
     address: str = "127.0.0.1"
     world_port: Annotated[int, Field(ge=0, le=65535)] = 5600
     server_port: Annotated[int, Field(ge=0, le=65535)] = 5610
+    join_timeout_s: Positive = 120.0
 
 
 class TeamSettings(_Settings):
@@ -159,7 +164,7 @@ def load_team(name_or_path: str, overrides: Mapping[str, Any] | None = None) -> 
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UsageError(f"{path}: not valid TOML: {error}") from None
     data.setdefault("name", path.stem)
-    return checked(merge(data, overrides or {}), str(path))
+    return checked(merge(data, overrides or {}), f"team {name_or_path}")
 
 
 def checked(data: Mapping[str, Any], source: str) -> TeamSettings:

@@ -30,7 +30,7 @@ _OURS = re.compile(
 )
 
 
-def _cache_base() -> Path:
+def cache_base() -> Path:
     """Return the folder that holds all machine code of ours."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     if chosen:
@@ -61,7 +61,7 @@ def _cache_directory(path: Path) -> Path:
     for source in _sources_of(path):
         digest.update(source.name.encode())
         digest.update(source.read_bytes())
-    return _cache_base() / f"{path.stem}-{digest.hexdigest()[:16]}"
+    return cache_base() / f"{path.stem}-{digest.hexdigest()[:16]}"
 
 
 _directories: dict[Path, None] = {}  # those used so far, in order

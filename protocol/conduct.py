@@ -71,6 +71,7 @@ class Stage:
         port: a bound ROUTER.
         expected: names that must be there before the mission begins.
         on_note: is told each line that the world logs.
+        join_timeout: how long to wait for the next one who is missing [s].
     """
 
     def __init__(
@@ -79,11 +80,13 @@ class Stage:
         port: Port,
         expected: Iterable[str],
         on_note: Callable[[Note], None],
+        join_timeout: float,
     ) -> None:
         self._conductor = conductor
         self._port = port
         self._expected = frozenset(expected)
         self._on_note = on_note
+        self._join_timeout = join_timeout
         self._routes: dict[str, bytes] = {}
         self._next_ping = 0.0
 
@@ -98,19 +101,38 @@ class Stage:
             await wait(began + self._conductor.now + self._conductor.step, keep_going)
             self._report()
         self._report()
-        for name in list(self._routes):
-            self._send_to(name, [OVER])
+        self._tell_over()
         return self._conductor.stopped or "broken off"
 
     async def _gather(self, keep_going: Callable[[], bool]) -> None:
-        """Wait until every expected process has joined."""
-        asked = time.monotonic()
+        """Wait until every expected process has joined.
+
+        Raises:
+            TimeoutError: nobody has joined for too long, and somebody is missing still.
+        """
+        asked = joined = time.monotonic()
+        waiting = self._expected
         while keep_going() and (missing := self._expected - set(self._routes)):
             await self._take(0.2)
             self._ping()
-            if time.monotonic() - asked > 10.0:
-                asked = time.monotonic()
-                self._on_note(Note("info", f"waiting for {', '.join(sorted(missing))} to join"))
+            now = time.monotonic()
+            if missing != waiting:
+                waiting, joined = missing, now
+            names = ", ".join(sorted(missing))
+            if now - joined > self._join_timeout:
+                self._tell_over()
+                raise TimeoutError(
+                    f"{names} did not join within {self._join_timeout:g} s: start each with "
+                    "`expedition server` or `expedition agent NAME`, or ask for fewer --robots"
+                )
+            if now - asked > 10.0:
+                asked = now
+                self._on_note(Note("info", f"waiting for {names} to join"))
+
+    def _tell_over(self) -> None:
+        """Tell everybody who is there that the mission is over."""
+        for name in list(self._routes):
+            self._send_to(name, [OVER])
 
     async def _until_done(self, _: float, keep_going: Callable[[], bool]) -> None:
         """Lockstep: wait for the answers of all members that have this instant."""
@@ -159,7 +181,8 @@ class Stage:
         if name in self._routes:
             self._send_to(name, [PING])  # notices when the holder of the name is gone
         if name in self._routes:
-            self._refuse(identity, f"the name {name!r} is taken by a live process")
+            reason = f"the name {name!r} is taken by a live process: end that one, or use another"
+            self._refuse(identity, reason)
             return
         self._routes[name] = identity
         incarnation = self._conductor.join(name)

@@ -6,9 +6,14 @@ and observers unpack them.
 
 from __future__ import annotations
 
+import hashlib
+import struct
+
 import numpy as np
 import numpy.typing as npt
 import zstandard
+
+from mapping.grid import GridGeometry
 
 # One step of the wire is 0.05 in log-odds: +-6.35 is p = 0.998, beyond which nobody decides anew.
 STEPS_PER_LOG_ODD = 20.0
@@ -32,6 +37,28 @@ def dequantise(cells: npt.NDArray[np.int8]) -> npt.NDArray[np.float32]:
     """Return the log-odds float32 that `cells` stand for, of the same shape."""
     log_odds: npt.NDArray[np.float32] = cells.astype(np.float32) / np.float32(STEPS_PER_LOG_ODD)
     return log_odds
+
+
+def map_digest(cells: npt.NDArray[np.int8], geometry: GridGeometry) -> str:
+    """Return the fingerprint of a map, SHA-256 in hexadecimal; empty where nothing is known.
+
+    Two members that know the same cells have the same one, however much room for more each keeps:
+    hashed are the resolution (float64), the smallest box of the lattice through (0, 0) that holds
+    all known cells (row, column, rows, columns; int64), and its cells; all little-endian.
+
+    Args:
+        cells: (rows, cols) int8, log-odds in steps of 1/20; 0 means unknown.
+        geometry: where they lie, map frame.
+    """
+    rows = np.flatnonzero(cells.any(axis=1))
+    if len(rows) == 0:
+        return ""
+    cols = np.flatnonzero(cells.any(axis=0))
+    known = cells[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
+    iy = round(geometry.origin_y / geometry.resolution) + int(rows[0])
+    ix = round(geometry.origin_x / geometry.resolution) + int(cols[0])
+    head = struct.pack("<dqqqq", geometry.resolution, iy, ix, *known.shape)
+    return hashlib.sha256(head + np.ascontiguousarray(known).tobytes()).hexdigest()
 
 
 def pack_cells(log_odds: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:

@@ -90,7 +90,8 @@ class Heartbeat(Message):
     """Sign of life of a robot with what it knows of itself.
 
     `T_odom_base` is its estimate in its own local map's frame; `path_map` (n, 2) [m] is what it is
-    about to drive, in the team's map frame, nearest first.
+    about to drive, in the team's map frame, nearest first. When the mission is over `map_digest`
+    is the fingerprint of the map it holds, see `protocol.map_cells.map_digest`.
     """
 
     type: Literal["heartbeat"] = "heartbeat"
@@ -100,6 +101,7 @@ class Heartbeat(Message):
     path_map: Points
     reports: Count = 0
     map_number: Count = 0
+    map_digest: Annotated[str, Field(max_length=64)] = ""
 
 
 class TeamPoses(Message):
@@ -130,9 +132,12 @@ class ScanReport(Message):
     `number` counts a robot's reports from 1 without gaps. `track_odom` (n, 4) holds stamp, x, y,
     theta of all poses since the report before, in the robot's odom frame, this one last.
     `covariance` is that of `T_odom_base` relative to the robot's own map around it, odom frame.
+<<<<<<< HEAD
     `T_wheel_base` is where the wheels alone put the robot, in a frame of their own.
     `sightings_odom` (k, 2) [m] is where it saw discs of a teammate's size since the report before,
     in its odom frame; told only while it looks around.
+=======
+>>>>>>> main
     """
 
     type: Literal["scan_report"] = "scan_report"

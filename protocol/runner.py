@@ -7,6 +7,7 @@ answers. A server also has a socket of its own, where operators and observers co
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -33,6 +34,7 @@ from protocol.transports.port import Port
 JOIN_PERIOD = 1.0
 WORLD_SILENCE = 60.0  # the world pings all the time: a minute of nothing means it is gone
 PATIENCE = 5.0  # a person who waits for the world longer than this is told so
+JOIN_TIMEOUT_S = 120.0  # long enough to start a team by hand, one terminal after the other
 
 
 class Runner:
@@ -44,6 +46,7 @@ class Runner:
         on_note: is told each line that the core logs.
         direct: the server's own socket for peers that connect directly; None for robots.
         keep_going: asked at every instant; when false the process leaves the team.
+        join_timeout: how long to knock at the world's door [s].
     """
 
     def __init__(
@@ -53,19 +56,21 @@ class Runner:
         on_note: Callable[[Note], None],
         direct: DirectPeers | None = None,
         keep_going: Callable[[], bool] = lambda: True,
+        join_timeout: float = JOIN_TIMEOUT_S,
     ) -> None:
         self._host = host
         self._endpoint = world
         self._on_note = on_note
         self._direct = direct
         self._keep_going = keep_going
+        self._join_timeout = join_timeout
 
     async def run(self, context: zmq.Context[zmq.Socket[bytes]]) -> str:
         """Take part until the mission is over; return why it ended for this process.
 
         Raises:
             RefusedError: the world does not take this process in.
-            TimeoutError: the world fell silent.
+            TimeoutError: there is no world there, or it fell silent.
         """
         socket = context.socket(zmq.DEALER)
         socket.setsockopt(zmq.IDENTITY, f"{self._host.name}#{os.getpid():x}".encode())
@@ -80,13 +85,14 @@ class Runner:
 
     async def _take_part(self, port: Port) -> str:
         """Join, then live through instants until it is over."""
-        joined, quiet = False, 0.0
+        joined, quiet, began = False, 0.0, time.monotonic()
         self._knock(port)
         while self._keep_going():
             message = await port.take(JOIN_PERIOD)
             if message is None:
                 quiet += JOIN_PERIOD
                 if not joined:
+                    self._check_patience(time.monotonic() - began)
                     self._knock(port)
                     if quiet == PATIENCE:
                         self._on_note(Note("info", f"waiting for the world at {self._endpoint}"))
@@ -111,6 +117,18 @@ class Runner:
         """Ask the world to be taken in."""
         with suppress(zmq.Again):  # nobody is there, and has not been for very long
             port.send([JOIN])
+
+    def _check_patience(self, waited: float) -> None:
+        """Give up after a while.
+
+        Raises:
+            TimeoutError: the world has not answered for too long.
+        """
+        if waited > self._join_timeout:
+            raise TimeoutError(
+                f"no world answered at {self._endpoint} within {self._join_timeout:g} s: start it "
+                "with `expedition world`, or give its address with --world-endpoint"
+            )
 
     def _live(self, port: Port, bundle: Bundle) -> str | None:
         """Live through one instant and answer; return why the core stopped, or None."""

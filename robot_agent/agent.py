@@ -16,6 +16,7 @@ from protocol import messages as words
 from protocol.body import Body
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send, Stop
 from protocol.fault_book import FaultBook
+from protocol.map_cells import map_digest
 from protocol.messages import SERVER, Message
 from protocol.world_messages import BodyFrame, Join, Joined, JoinRefused, Shutdown
 from robot_agent.explorer import Explorer
@@ -229,6 +230,7 @@ class Agent:
             path_map=self._path_map,
             reports=mapping.reports,
             map_number=planning_map.number,
+            map_digest=map_digest(planning_map.cells, planning_map.geometry) if self._ended else "",
         )
         return [Send("radio", SERVER, heartbeat)]
 

@@ -10,7 +10,7 @@ import zmq
 from protocol.conduct import bind_router, bound_endpoint
 from protocol.effects import Note
 from protocol.host import Host
-from protocol.runner import Runner
+from protocol.runner import JOIN_TIMEOUT_S, Runner
 from protocol.transports.direct import DirectPeers
 
 
@@ -22,6 +22,7 @@ async def run_server(
     on_note: Callable[[Note], None],
     keep_going: Callable[[], bool],
     on_bound: Callable[[str], None] = lambda endpoint: None,
+    join_timeout: float = JOIN_TIMEOUT_S,
 ) -> str:
     """Run the server of a simulated team; return why it ended.
 
@@ -34,11 +35,12 @@ async def run_server(
         on_note: is told each line that the core logs.
         keep_going: asked all the time; when false the server leaves.
         on_bound: is told the endpoint once others can connect.
+        join_timeout: how long to knock at the world's door [s].
 
     Raises:
         OSError: no endpoint can be bound.
         protocol.errors.RefusedError: the world does not take the server in.
-        TimeoutError: the world fell silent.
+        TimeoutError: there is no world there, or it fell silent.
     """
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     try:
@@ -46,7 +48,8 @@ async def run_server(
         on_bound(bound_endpoint(socket))
         try:
             direct = DirectPeers(socket, frozenset(robots) | {"world", "server"})
-            return await Runner(host, world, on_note, direct, keep_going).run(context)
+            runner = Runner(host, world, on_note, direct, keep_going, join_timeout)
+            return await runner.run(context)
         finally:
             socket.close()
     finally:

@@ -179,6 +179,7 @@ class Master:
             return []
         where.T_odom_base, where.speed = message.T_odom_base, message.speed_m_s
         where.stamp, where.path_map, where.heard = now, message.path_map, True
+        where.map_digest = message.map_digest
         return list(self.executive.contact(name, now))
 
     def _report(self, name: str, message: Message, now: float) -> list[Effect]:

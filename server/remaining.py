@@ -1,4 +1,4 @@
-"""What is left to explore, and why it was left."""
+"""The places that robots bid for and that are left, and why; see also `server.frontiers_left`."""
 
 from __future__ import annotations
 
@@ -11,6 +11,12 @@ from server.tried_places import TriedPlaces
 
 # Frontier places of different bids closer than this are one [m].
 SAME_PLACE = 0.3
+
+# Why a place was left; the first of them goes on with how often it was tried.
+GIVEN_UP = "given up after"
+UNREACHABLE = "unreachable for this body"
+BELOW_MINIMUM = "below the minimum gain"
+ENDED_FIRST = "not visited: mission ended first"
 
 
 def frontiers(pool: Pool) -> tuple[Floats, Floats, Floats]:
@@ -34,7 +40,7 @@ def frontiers(pool: Pool) -> tuple[Floats, Floats, Floats]:
 
 
 def remaining(pool: Pool, tried: TriedPlaces, min_gain: float) -> list[dict[str, object]]:
-    """Return every frontier left, with the reason.
+    """Return every place of a bid that is left, with the reason.
 
     Args:
         pool: the robots with their newest bids.
@@ -58,13 +64,13 @@ def _entry(
     entry: dict[str, object] = {"x_m": x, "y_m": y, "gain_m2": gain}
     given_up = tried.given_up_at((x, y))
     if given_up is not None:
-        reason = f"given up after {given_up.tries} tries"
+        reason = f"{GIVEN_UP} {given_up.tries} tries"
         return {**entry, "reason": reason, "tries": list(given_up.reasons)}
     if gain is None:
-        return {**entry, "reason": "unreachable for this body"}
+        return {**entry, "reason": UNREACHABLE}
     if gain < min_gain:
-        return {**entry, "reason": "below the minimum gain"}
-    return {**entry, "reason": "not visited: mission ended first"}
+        return {**entry, "reason": BELOW_MINIMUM}
+    return {**entry, "reason": ENDED_FIRST}
 
 
 def _newest_bids(pool: Pool) -> list[RobotBid]:

@@ -238,7 +238,7 @@ class TaskExecutive:
         return stalled(self._pool, self._settings, now)
 
     def remaining(self) -> list[dict[str, object]]:
-        """Return every frontier left: x_m, y_m, gain_m2, reason; see `server.remaining`."""
+        """Return the places left: x_m, y_m, gain_m2, reason; see `server.remaining`."""
         return remaining(self._pool, self._tried, self._strategy.min_gain)
 
     def busy(self, robot: str) -> bool:

@@ -24,6 +24,7 @@ class Whereabouts:
         speed: along its +x [m/s].
         path_map: (n, 2) [m] what it is about to drive, map frame.
         heard: whether it told its place at all yet.
+        map_digest: of the map it holds, told when the mission is over.
     """
 
     radius: float
@@ -32,6 +33,7 @@ class Whereabouts:
     speed: float = 0.0
     path_map: npt.NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 2), np.float32))
     heard: bool = False
+    map_digest: str = ""
 
 
 @dataclass(frozen=True, slots=True)

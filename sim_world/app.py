@@ -22,6 +22,7 @@ async def run_world(
     on_note: Callable[[Note], None],
     keep_going: Callable[[], bool],
     on_bound: Callable[[str], None] = lambda endpoint: None,
+    join_timeout: float = 120.0,
 ) -> str:
     """Play the world of a mission until it is over; return why it ended.
 
@@ -34,9 +35,11 @@ async def run_world(
         on_note: is told each line that the world logs.
         keep_going: asked all the time; when false the mission is broken off.
         on_bound: is told the endpoint once others can connect.
+        join_timeout: how long to wait for the next one who is missing [s].
 
     Raises:
         OSError: the endpoint cannot be bound.
+        TimeoutError: somebody of the team never joined.
     """
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     try:
@@ -44,7 +47,7 @@ async def run_world(
         on_bound(bound_endpoint(socket))
         port = Port(socket)
         try:
-            stage = Stage(Conductor(host, step), port, members, on_note)
+            stage = Stage(Conductor(host, step), port, members, on_note, join_timeout)
             return await stage.run(realtime, keep_going)
         finally:
             port.close()

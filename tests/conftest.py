@@ -6,6 +6,13 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# The same examples in every run: a change that breaks something is told by the run that tests it,
+# and no other. `EXPEDITION_EXPLORE=1` looks for new ones, and remembers what failed.
+settings.register_profile("same", derandomize=True, deadline=None, database=None)
+settings.register_profile("explore", deadline=None)
+settings.load_profile("explore" if os.environ.get("EXPEDITION_EXPLORE") == "1" else "same")
 
 
 @pytest.fixture(scope="session")

@@ -61,7 +61,7 @@ def run(
     if not in_process:
         from expedition.warm_up import warm_up
 
-        warm_up(live.say)
+        warm_up(live.say, watch.keep_going)
     summary = run_team(settings, folder, watch, in_process, realtime, stage)
     if as_json:
         print_json(summary)

@@ -54,9 +54,11 @@ def resume(
 
 def drive(
     robot: RobotArgument,
-    speed: Annotated[float, typer.Option(help="along its heading [m/s]")] = 0.0,
-    turn_rate: Annotated[float, typer.Option(help="counter-clockwise [rad/s]")] = 0.0,
-    seconds: Annotated[float, typer.Option("--for", min=0.0, help="how long [mission s]")] = 1.0,
+    speed: Annotated[float, typer.Option(help="along its heading, m/s")] = 0.0,
+    turn_rate: Annotated[float, typer.Option(help="counter-clockwise, rad/s")] = 0.0,
+    seconds: Annotated[
+        float, typer.Option("--for", min=0.0, help="how long, mission seconds")
+    ] = 1.0,
     server: ServerOption = _SERVER,
     as_json: JsonOption = False,
 ) -> int:

@@ -78,6 +78,7 @@ def world(
     from expedition.launch import prepare, version
     from expedition.processes import begin_record, play_world
     from expedition.results.record import save_record_part
+    from expedition.warm_up import warm_up
 
     settings = settings_from(
         team, world, robots, None, seed, starts, stop_at_coverage, max_time, sets
@@ -86,7 +87,7 @@ def world(
     network = settings.network
     endpoint = tcp_endpoint(bind, "--bind", network.address, network.world_port)
     folder, interrupted, live = _folder(settings, out), Interrupt(), Live(quiet=as_json)
-    _warm_up(live)
+    warm_up(live.say, lambda: not interrupted.asked, load=False)
     parts = folder / "parts"
     begin_record(parts, collect.launch_part(settings, stage.world.name, version()))
     names = ", ".join(member.name for member in settings.members())
@@ -123,8 +124,9 @@ def server(
     """Run a team's server: it merges the map, gives out tasks and answers operators."""
     from expedition import cast, collect
     from expedition.launch import version
-    from expedition.processes import serve
+    from expedition.processes import make_folder, serve
     from expedition.results.record import save_record_part
+    from expedition.warm_up import warm_up
 
     settings = settings_from(team, world, robots, strategy, seed, max_time=max_time, sets=sets)
     cast.check_strategy(settings)
@@ -132,9 +134,9 @@ def server(
     endpoint = tcp_endpoint(bind, "--bind", network.address, network.server_port)
     there = tcp_endpoint(world_endpoint, "--world-endpoint", network.address, network.world_port)
     folder, interrupted, live = _folder(settings, out), Interrupt(), Live(quiet=False)
-    _warm_up(live)
+    warm_up(live.say, lambda: not interrupted.asked, load=False)
     parts = folder / "parts"
-    parts.mkdir(parents=True, exist_ok=True)
+    make_folder(parts)
 
     def bound(where: str) -> None:
         live.say(f"the server listens on {where} for operators")
@@ -163,6 +165,7 @@ def agent(
 ) -> int:
     """Run one robot's software: its own SLAM, bids and navigation."""
     from expedition.processes import live_as
+    from expedition.warm_up import warm_up
 
     settings = settings_from(team, world, robots, None, seed, sets=sets)
     names = [member.name for member in settings.members()]
@@ -171,7 +174,7 @@ def agent(
     network = settings.network
     there = tcp_endpoint(world_endpoint, "--world-endpoint", network.address, network.world_port)
     interrupted, live = Interrupt(), Live(quiet=False)
-    _warm_up(live)
+    warm_up(live.say, lambda: not interrupted.asked, load=False)
     why = live_as(settings, name, there, _ties(live, name, interrupted))
     live.say(f"{name} is through: {'interrupted' if interrupted.asked else why}")
     if interrupted.asked:
@@ -182,15 +185,6 @@ def agent(
 def _folder(settings: TeamSettings, out: Path | None) -> Path:
     """Return where the results go: the same for world and server."""
     return out or Path("runs") / settings.name
-
-
-def _warm_up(live: Live) -> None:
-    """Compile what is not compiled yet; what is, each process loads when it needs it."""
-    from expedition.warm_up import warm_up
-    from mapping.compiled import cache_is_cold
-
-    if cache_is_cold():
-        warm_up(live.say)
 
 
 def _ties(

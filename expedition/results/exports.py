@@ -74,7 +74,8 @@ def g2o(graph: PoseGraphRecord) -> str:
         ):
             a = first[edge.from_robot] + edge.from_index
             b = first[edge.to_robot] + edge.to_index
-            lines.append(_edge(a, b, pose_from(edge.T_from_to), edge.covariance))
+            pose = pose_from(np.array(edge.T_from_to))
+            lines.append(_edge(a, b, pose, np.array(edge.covariance)))
     return "".join(line + "\n" for line in lines)
 
 
@@ -85,6 +86,7 @@ def _chain_edges(first: int, chain: ScanChain) -> list[str]:
     return [
         _edge(first + k - 1, first + k, poses[k - 1].inverse() @ poses[k], chain.covariances[k])
         for k in range(1, min(len(poses), len(chain.covariances), len(chain.poses_map)))
+        if np.isfinite(chain.covariances[k]).all()
     ]
 
 

@@ -67,7 +67,8 @@ class ScanChain:
 
     Attributes:
         poses_map: (k, 3) x, y, theta [m, m, rad]: corrected poses, map frame.
-        covariances: (k, 3, 3) of each pose relative to the one before, in the body's frame.
+        covariances: (k, 3, 3) of each pose relative to the one before, in the body's frame; not a
+            number where nothing was measured, as between two lives of a robot's process.
         poses_odom: (k, 3) the same scans in the robot's own local map: what was measured from
             scan to scan; None: the corrected poses stand in.
     """
@@ -82,16 +83,17 @@ class ScanEdge:
     """A measured pose of scan `to_index` of `to_robot` in the frame of another scan.
 
     Attributes:
-        T_from_to: (3,) x, y, theta [m, m, rad].
-        covariance: (3, 3) of `T_from_to`.
+        T_from_to: x, y, theta [m, m, rad].
+        covariance: three rows of three, of `T_from_to`. Lists, as there are many of these, and an
+            array would be an entry of its own in the file each time.
     """
 
     from_robot: str
     from_index: int
     to_robot: str
     to_index: int
-    T_from_to: Floats
-    covariance: Floats
+    T_from_to: list[float]
+    covariance: list[list[float]]
 
 
 @dataclass
@@ -142,7 +144,7 @@ class RunRecord:
         faults: scripted or real: `{t_s, robot, kind, ...}`.
         bytes: message type -> `{count, bytes}` on the radio.
         bytes_links: `A>B` -> `{count, bytes}`.
-        remaining: what was left unexplored, each `{x_m, y_m, gain_m2, reason}`, map frame.
+        remaining: every frontier left, each `{x_m, y_m, length_m, gain_m2, reason}`, map frame.
         truth: None on a real run.
         config: the whole effective configuration.
         problems: what could not be read or computed, one sentence each.

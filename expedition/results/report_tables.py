@@ -83,9 +83,11 @@ def remaining_card(summary: dict[str, Any]) -> str:
     for number, left in enumerate(remaining[:MOST_ROWS], start=1):
         place = place_of(left)
         where = DASH if place is None else f"{place[0]:.1f}, {place[1]:.1f}"
-        rows.append((str(number), where, area(left.get("gain_m2")), text(left.get("reason"))))
+        long = length(left.get("length_m"))
+        gain = area(left.get("gain_m2"))
+        rows.append((str(number), where, long, gain, text(left.get("reason"))))
     numbers = ", numbers as on the map" if len(remaining) <= NUMBERS else ""
-    head = (("#", True), ("x, y [m]", True), ("to gain", True), ("why", False))
+    head = (("#", True), ("x, y [m]", True), ("long", True), ("to gain", True), ("why", False))
     return (
         f'<section class="card"><h2>Left unexplored <small>{len(remaining)} places{numbers}'
         f"</small></h2>{_table(head, rows)}</section>"

@@ -12,9 +12,7 @@ from protocol.fields import is_name
 from protocol.host import Parcel
 
 STRANGER = "?"  # no name: the host refuses every frame from it, whatever name it carries
-MAX_PEERS = (
-    1000  # one more, and the peer that was silent longest is forgotten until it speaks again
-)
+MAX_PEERS = 1000  # one more, and who was silent longest is forgotten until it speaks again
 MAX_FRAMES_PER_INSTANT = 1000  # a flood is taken in portions, so that the mission goes on
 
 

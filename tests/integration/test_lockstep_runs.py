@@ -18,10 +18,13 @@ def test_a_run_over_sockets_is_the_run_in_one_process(tmp_path: Path) -> None:
     other = play(tmp_path / "d", in_process=True, seed=2)
     assert sockets["digest"] == again["digest"] == here["digest"]
     assert other["digest"] != here["digest"]
-    for key in ("ended", "coverage", "bytes", "sim_time_s", "remaining"):
+    for key in ("ended", "coverage", "bytes", "sim_time_s", "remaining", "robots", "map"):
         assert sockets[key] == here[key], key
     assert sockets["ended"] == "time_limit"
     assert sockets["coverage"] > 0.05
+    # The last changes of the map still reach everybody before the team parts.
+    held = {robot["map_digest"] for robot in sockets["robots"]}
+    assert held == {sockets["map"]["digest"]} != {None}
     for name in ("map.pgm", "pose_graph.g2o", "trajectories/robot1.tum", "truth/robot2.tum"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "c" / name).read_bytes()
 

@@ -106,7 +106,8 @@ def test_json_is_one_value_and_nothing_else(cli: Cli, tmp_path: Path) -> None:
 def test_a_folder_that_cannot_be_written(cli: Cli, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     outcome = cli("run", *FREE, "--max-time", "2", "--json", "--out", "file/out")
-    assert outcome.wrong_use("file")
+    assert outcome.wrong_use("cannot write results in file/out")
+    assert "--out" in outcome.stderr
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ def full_record() -> RunRecord:
             "bob": ScanChain(in_map(bob)[:, 1:], steps, bob[:, 1:]),
             "ada": ScanChain(ada[:, 1:], steps),
         },
-        [ScanEdge("ada", 3, "bob", 3, np.array([0.1, 0.2, 0.3]), np.diag([0.01, 0.01, 0.001]))],
+        [ScanEdge("ada", 3, "bob", 3, [0.1, 0.2, 0.3], np.diag([0.01, 0.01, 0.001]).tolist())],
     )
     return RunRecord(
         team="auction",

@@ -73,9 +73,16 @@ def test_g2o_of_two_robots() -> None:
 def test_g2o_leaves_out_edges_to_nowhere() -> None:
     graph = PoseGraphRecord({"a": ScanChain(np.zeros((1, 3)))})
     for there in (("a", 5), ("b", 0)):
-        graph.edges.append(ScanEdge("a", 0, *there, np.zeros(3), np.eye(3)))
+        graph.edges.append(ScanEdge("a", 0, *there, [0.0, 0.0, 0.0], np.eye(3).tolist()))
     assert g2o(graph) == "VERTEX_SE2 0 0 0 0\n"
     assert g2o(PoseGraphRecord()) == ""
+
+
+def test_g2o_has_no_edge_where_nothing_was_measured() -> None:
+    steps = np.repeat(np.eye(3)[None], 3, axis=0)
+    steps[1] = np.nan  # between two lives of a process
+    lines = g2o(PoseGraphRecord({"a": ScanChain(np.zeros((3, 3)), steps)})).splitlines()
+    assert [line.split()[1:3] for line in lines if line.startswith("EDGE")] == [["1", "2"]]
 
 
 def test_information_is_finite_and_positive() -> None:

@@ -9,7 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from protocol.map_cells import LARGEST_CELLS, dequantise, pack_cells, quantise, unpack_cells
+from mapping.grid import GridGeometry
+from protocol.map_cells import (
+    LARGEST_CELLS,
+    dequantise,
+    map_digest,
+    pack_cells,
+    quantise,
+    unpack_cells,
+)
 
 SHAPES = st.tuples(st.integers(1, 20), st.integers(1, 20))
 
@@ -56,3 +64,17 @@ def test_damaged_and_trailing_bytes_are_refused() -> None:
         unpack_cells(packed[:-20], 30, 30)
     with pytest.raises(ValueError, match="decompressed"):
         unpack_cells(np.append(packed, np.uint8(7)), 30, 30)
+
+
+def test_the_digest_tells_maps_apart_but_not_the_room_around_them() -> None:
+    cells = np.array([[0, 0, 0], [0, 5, -7], [0, 0, 9]], dtype=np.int8)
+    geometry = GridGeometry(0.05, -0.15, 0.3, 3, 3)
+    digest = map_digest(cells, geometry)
+    assert len(digest) == 64
+    roomy = np.pad(cells, ((2, 1), (4, 3)))
+    assert map_digest(roomy, GridGeometry(0.05, -0.35, 0.2, *roomy.shape)) == digest
+    assert map_digest(cells, GridGeometry(0.05, -0.1, 0.3, 3, 3)) != digest
+    changed = cells.copy()
+    changed[1, 1] = 6
+    assert map_digest(changed, geometry) != digest
+    assert map_digest(np.zeros((3, 3), dtype=np.int8), geometry) == ""

@@ -306,6 +306,8 @@ def test_when_the_mission_ends_it_sends_what_it_holds_and_rests() -> None:
     effects = rig.live(0.5)
     assert rig.command == (0.0, 0.0)
     assert of_type(effects, words.Bid) == []
+    # It tells which map it holds, so that one can see whether all hold the same.
+    assert len(of_type(effects, words.Heartbeat)[-1].map_digest) == 64
 
 
 def test_one_that_saw_nothing_yet_has_nothing_to_send_at_the_end() -> None:

@@ -148,3 +148,26 @@ def test_a_scan_that_fits_nowhere_is_no_match() -> None:
     map_ = submap_of_the_room().map
     barrel = LaserScan(np.full(60, 0.4, np.float32), -math.pi, math.pi / 30, RANGE_MAX, 0.0)
     assert compare(map_, barrel, IDENTITY, LOOSE, SETTINGS) is None
+
+
+def test_in_the_end_scans_are_compared_with_what_was_drawn_after_them() -> None:
+    graph = team()
+    here = Pose2(0.5, 0.2, 0.1)
+    graph.begin("b", scan_in(ROOM, here), here, TIGHT)
+    graph.tie(0, 3, here, TIGHT)
+    graph.consolidate()
+    tied = {(edge.i, edge.j) for edge in graph.graph.edges}
+    assert {(3, 0), (3, 1), (3, 2), (0, 3)} <= tied
+    count = len(graph.graph.edges)
+    graph.consolidate()
+    assert len(graph.graph.edges) == count
+
+
+def test_what_lies_far_away_is_not_compared_in_the_end() -> None:
+    graph = team()
+    far = Pose2(60.0, 0.0, 0.0)
+    graph.begin("b", BLIND, far, TIGHT)
+    graph.extend("b", BLIND, Pose2(0.2, 0.0, 0.0), Way(IDENTITY, TIGHT))
+    count = len(graph.graph.edges)
+    graph.consolidate()
+    assert len(graph.graph.edges) == count
