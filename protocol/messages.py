@@ -132,12 +132,9 @@ class ScanReport(Message):
     `number` counts a robot's reports from 1 without gaps. `track_odom` (n, 4) holds stamp, x, y,
     theta of all poses since the report before, in the robot's odom frame, this one last.
     `covariance` is that of `T_odom_base` relative to the robot's own map around it, odom frame.
-<<<<<<< HEAD
     `T_wheel_base` is where the wheels alone put the robot, in a frame of their own.
     `sightings_odom` (k, 2) [m] is where it saw discs of a teammate's size since the report before,
     in its odom frame; told only while it looks around.
-=======
->>>>>>> main
     """
 
     type: Literal["scan_report"] = "scan_report"

@@ -42,95 +42,8 @@ from server.tying import aligns, contradicts, match_held, search_window, seen_by
 
 __all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
 
-<<<<<<< HEAD
 # A submap holds few scans, so the pieces of wall that its surfels stand for are longer [cells].
 _SUBMAP_FIT = 6
-=======
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """One scan of a robot as it told it.
-
-    Attributes:
-        scan: the scan, without beams that hit teammates.
-        T_odom_base: the robot's locally corrected pose.
-        covariance: (3, 3) of it relative to the robot's own map around it, odom frame.
-        track_odom: (n, 4) stamp, x, y, theta since the report before, odom frame.
-    """
-
-    scan: LaserScan
-    T_odom_base: Pose2
-    covariance: Floats
-    track_odom: Floats
-
-
-@dataclass(frozen=True, slots=True)
-class Node:
-    """A scan in the team's map: a vertex of the pose graph.
-
-    Attributes:
-        robot: who took it.
-        scan: the scan.
-        T_map_base: where.
-        T_odom_base: where by the robot's own estimate, in its local map.
-        covariance: (3, 3) of the match that placed it, map frame.
-        own_covariance: (3, 3) of `T_odom_base` in the robot's own map, odom frame.
-        life: which life of the robot's process, from 0; each has a local map of its own.
-    """
-
-    robot: str
-    scan: LaserScan
-    T_map_base: Pose2
-    T_odom_base: Pose2
-    covariance: Floats
-    own_covariance: Floats
-    life: int = 0
-
-
-@dataclass(slots=True)
-class Member:
-    """What the merger knows of one robot.
-
-    Attributes:
-        T_map_odom: where its local map lies in the team's.
-        covariance: (3, 3) of the robot's pose in the team's map, map frame.
-        aligned: whether a scan of it was ever matched (or defined the frame).
-        track: corrected poses so far, rows of stamp, x, y, theta, map frame.
-        held: reports that wait for the alignment.
-        last: the report that was placed last.
-        unmatched: reports in a row that contradicted the map.
-        placed: reports placed so far.
-        life: which life of the robot's process this is, from 0.
-    """
-
-    T_map_odom: Pose2
-    covariance: Floats
-    aligned: bool = False
-    track: list[Floats] = field(default_factory=list)
-    held: list[Report] = field(default_factory=list)
-    last: Report | None = None
-    unmatched: int = 0
-    placed: int = 0
-    life: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Placement:
-    """Outcome of placing a report.
-
-    Attributes:
-        matched: whether it agrees with the team's map.
-        moved: correction of the robot's place by this report [m].
-        too_far: whether it was refused because the map would have grown beyond all reason.
-    """
-
-    matched: bool
-    moved: float
-    too_far: bool = False
-
-
-TOO_FAR = Placement(matched=False, moved=0.0, too_far=True)
->>>>>>> main
 
 
 class MapMerger:
@@ -200,13 +113,9 @@ class MapMerger:
             return
         self.sightings.forget(name)
         restart = self._last_pose(name) or T_map_start
-<<<<<<< HEAD
-        self.members[name] = Member(restart, covariance, told, motion, placed=known.placed)
-=======
         self.members[name] = Member(
-            restart, covariance, track=known.track, placed=known.placed, life=known.life + 1
+            restart, covariance, told, motion, placed=known.placed, life=known.life + 1
         )
->>>>>>> main
 
     def place(self, name: str, report: Report) -> Placement:
         """Place a report in the team's map; the robot's alignment follows."""
@@ -363,20 +272,15 @@ class MapMerger:
                 assert member.last is not None
                 way = way_between(member.last, report, report.track_odom, member.motion)
                 self.team.extend(name, report.scan, T_map_base, way)
-            self._insert(name, member, report, T_map_odom, first=k == 0)
+            self._insert(name, member, report, T_map_odom)
 
-    def _insert(
-        self, name: str, member: Member, report: Report, T_map_odom: Pose2, first: bool = False
-    ) -> None:
+    def _insert(self, name: str, member: Member, report: Report, T_map_odom: Pose2) -> None:
         """Insert a scan at its corrected pose."""
         T_map_base = T_map_odom @ report.T_odom_base
         box = self.map.insert(report.scan, T_map_base)
         track = np.concatenate((*member.untold, report.track_odom))
         member.untold = []
         self.nodes.append(
-<<<<<<< HEAD
-            Node(name, report.scan, T_map_base, report.T_odom_base, member.covariance, track, first)
-=======
             Node(
                 robot=name,
                 scan=report.scan,
@@ -385,8 +289,8 @@ class MapMerger:
                 covariance=member.covariance,
                 own_covariance=report.covariance,
                 life=member.life,
+                track_odom=track,
             )
->>>>>>> main
         )
         member.T_map_odom = T_map_odom
         member.last = report

@@ -53,8 +53,9 @@ class Node:
         T_map_base: where.
         T_odom_base: where by the robot's own estimate, in its local map.
         covariance: (3, 3) of the match that placed it, map frame.
+        own_covariance: (3, 3) of `T_odom_base` in the robot's own map, odom frame.
+        life: which life of the robot's process, from 0; each has a local map of its own.
         track_odom: (n, 4) stamp, x, y, theta since the node before, odom frame.
-        first: whether it is the first of a life of its robot.
     """
 
     robot: str
@@ -62,8 +63,9 @@ class Node:
     T_map_base: Pose2
     T_odom_base: Pose2
     covariance: Floats
-    track_odom: Floats
-    first: bool
+    own_covariance: Floats
+    life: int = 0
+    track_odom: Floats = field(default_factory=lambda: np.zeros((0, 4)))
 
     @property
     def T_map_odom(self) -> Pose2:  # noqa: N802
@@ -85,7 +87,8 @@ class Member:
         last: the report that was placed last.
         untold: tracks of reports since then, which contradicted the map.
         unmatched: reports in a row that contradicted the map.
-        placed: number of reports placed.
+        placed: reports placed so far.
+        life: which life of the robot's process this is, from 0.
     """
 
     T_map_odom: Pose2
@@ -98,6 +101,7 @@ class Member:
     untold: list[Floats] = field(default_factory=list)
     unmatched: int = 0
     placed: int = 0
+    life: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,10 +212,9 @@ def corrected_track(track_odom: Floats, T_map_odom_before: Pose2, T_map_odom: Po
 def node_tracks(nodes: Iterable[Node]) -> list[Floats]:
     """Return the corrected poses up to each node of one robot, as `corrected_track` does."""
     tracks: list[Floats] = []
-    T_map_odom: Pose2 | None = None
+    before: Node | None = None
     for node in nodes:
-        if node.first or T_map_odom is None:
-            T_map_odom = node.T_map_odom
-        tracks.append(corrected_track(node.track_odom, T_map_odom, node.T_map_odom))
-        T_map_odom = node.T_map_odom
+        start = node if before is None or before.life != node.life else before
+        tracks.append(corrected_track(node.track_odom, start.T_map_odom, node.T_map_odom))
+        before = node
     return tracks
