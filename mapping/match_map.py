@@ -72,13 +72,13 @@ class MatchMap:
             T_map_base: pose of the robot at `scan.stamp`.
             cautious: do not erase walls; for poses too uncertain to argue with the map.
         """
-        self.grow(*scan_extent(scan, T_map_base))
+        depth = self.settings.integration.depth * self.settings.resolution
+        self.grow(*scan_extent(scan, T_map_base, depth))
         keep_above = self.settings.surface.occupied_above if cautious else np.inf
         points_map = turned_points(self._points_of(scan), T_map_base)
         box = integrate_scan(
             self.grid, scan, T_map_base, self.settings.integration, keep_above, points_map
         )
-        depth = self.settings.integration.depth * self.settings.resolution
         self.surfaces.update(self.grid, points_map, box, depth)
         self.scans += 1
         return box

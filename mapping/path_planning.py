@@ -18,6 +18,7 @@ import numpy.typing as npt
 from mapping.bucket_wave import (
     BLOCKED,
     DIAGONAL_STEP,
+    MAX_WEIGHT,
     STRAIGHT_STEP,
     UNREACHED,
     bucket_wave,
@@ -74,6 +75,7 @@ def traversal_weights(
     clearance: npt.NDArray[np.float32],
     body_radius: float,
     comfort: float,
+    squeeze: float = 0.0,
 ) -> npt.NDArray[np.uint8]:
     """Return how dear it is to enter each cell, so that paths keep to the middle of doors.
 
@@ -83,13 +85,15 @@ def traversal_weights(
         body_radius: nearer to an obstacle the robot's centre may not come [m].
         comfort: from this clearance on a cell is free of care [m]. With `comfort` no more than
             `body_radius` every cell that may be entered weighs 1, and costs are path lengths.
+        squeeze: where this much of clearance is lacking [m] the body may just fit: an obstacle
+            seldom fills its cells to the edge. Such cells are the dearest of all.
 
     Returns:
         (rows, cols) uint8: `BLOCKED`, or 1 where clearance is `comfort` or more, rising evenly
-        to `CARE_LEVELS` as it falls to `body_radius`.
+        to `CARE_LEVELS` as it falls to `body_radius`, and `MAX_WEIGHT` where it takes a squeeze.
     """
     return _weights(
-        np.ascontiguousarray(clear), np.ascontiguousarray(clearance), body_radius, comfort
+        np.ascontiguousarray(clear), np.ascontiguousarray(clearance), body_radius, comfort, squeeze
     )
 
 
@@ -99,6 +103,7 @@ def _weights(
     clearance: npt.NDArray[np.float32],
     body_radius: float,
     comfort: float,
+    squeeze: float,
 ) -> npt.NDArray[np.uint8]:
     """Compiled body of `traversal_weights`."""
     rows, cols = clear.shape
@@ -108,8 +113,11 @@ def _weights(
         for ix in range(cols):
             care = int(max((comfort - clearance[iy, ix]) * slope, 0.0))
             weight = min(1 + care, CARE_LEVELS)
-            enterable = clear[iy, ix] and clearance[iy, ix] >= body_radius
-            weights[iy, ix] = weight if enterable else BLOCKED
+            if not clear[iy, ix] or clearance[iy, ix] < body_radius - squeeze:
+                weight = BLOCKED
+            elif clearance[iy, ix] < body_radius:
+                weight = MAX_WEIGHT
+            weights[iy, ix] = weight
     return weights
 
 

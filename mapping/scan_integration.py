@@ -93,11 +93,20 @@ def _beam_ends(
     return ends[:count], hits[:count]
 
 
-def scan_extent(scan: LaserScan, T_map_base: Pose2) -> tuple[float, float, float, float]:
-    """Return the rectangle (x_min, y_min, x_max, y_max) [m] that a scan touches, map frame."""
+def scan_extent(
+    scan: LaserScan, T_map_base: Pose2, behind: float = 0.0
+) -> tuple[float, float, float, float]:
+    """Return the rectangle (x_min, y_min, x_max, y_max) [m] that a scan touches, map frame.
+
+    Args:
+        scan: the scan.
+        T_map_base: where it was taken.
+        behind: how far behind its end points a scan changes cells, too [m].
+    """
     T_map_laser = T_map_base @ scan.T_base_laser
     ends, _ = beam_ends(scan, T_map_base)
-    return _extent(ends, T_map_laser.x, T_map_laser.y)
+    x_min, y_min, x_max, y_max = _extent(ends, T_map_laser.x, T_map_laser.y)
+    return x_min - behind, y_min - behind, x_max + behind, y_max + behind
 
 
 @compiled
@@ -122,7 +131,7 @@ def integrate_scan(
     """Fuse one scan into `grid.log_odds`, in place; return the box of cells it may have changed.
 
     The grid is never grown here: what lies outside is left out. Call
-    `grid.grow(*scan_extent(scan, T_map_base))` first to keep everything.
+    `grid.grow(*scan_extent(scan, T_map_base, depth))` first to keep everything.
 
     Args:
         grid: the map so far, in the map frame.

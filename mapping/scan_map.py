@@ -87,8 +87,10 @@ class ScanMap:
         scan map: copy what must not change.
         """
         changed = EMPTY_BOX
+        depth = self.integration.depth * self._grid.geometry.resolution
         for placed in self.placed[self._drawn :]:
-            padding = self._grid.grow(*scan_extent(placed.scan, placed.T_map_base))
+            extent = scan_extent(placed.scan, placed.T_map_base, depth)
+            padding = self._grid.grow(*extent)
             box = integrate_scan(self._grid, placed.scan, placed.T_map_base, self.integration)
             if not changed.empty:
                 changed = changed.shifted(padding.below, padding.left)

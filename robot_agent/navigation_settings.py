@@ -17,13 +17,15 @@ class PlanningMapSettings(_Settings):
     """How the robot reads the team's map.
 
     `p_obstacle` and `p_clear` are the thresholds of Simmons et al. 2000 on the probability that a
-    cell is occupied. `resolution_m` only matters until the first map arrives.
+    cell is occupied. `resolution_m` only matters until the first map arrives. Where the map leaves
+    the body up to `squeeze_m` too little room on a side, routes lead there for want of a better way.
     """
 
     p_obstacle: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.65
     p_clear: Annotated[float, Field(gt=0.0, lt=0.5)] = 0.4
     clearance_limit_m: Positive = 0.7
     comfort_m: Positive = 0.6
+    squeeze_m: NotNegative = 0.025
     resolution_m: Positive = 0.05
     largest_cells: Annotated[int, Field(ge=1)] = 50_000_000
 

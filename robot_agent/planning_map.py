@@ -216,7 +216,10 @@ class PlanningMap:
         self, clear: npt.NDArray[np.bool_], clearance: npt.NDArray[np.float32]
     ) -> npt.NDArray[np.uint8]:
         """Return the traversal weights of a part of the grid."""
-        return traversal_weights(clear, clearance, self.clearance_least, self._settings.comfort_m)
+        settings = self._settings
+        return traversal_weights(
+            clear, clearance, self.clearance_least, settings.comfort_m, settings.squeeze_m
+        )
 
 
 def _box_of(mask: npt.NDArray[np.bool_], box: CellBox) -> CellBox:

@@ -61,12 +61,21 @@ def search_way(
     if to_go.shape == weights.shape:
         # Stepping down the estimate is the whole search, if nothing has come into that way.
         cells = path_to(CostField(to_go, 1.0), start_cell)[::-1]
-        if len(cells) and target[tuple(cells[-1])] and weights[tuple(cells[1:].T)].all():
+        if len(cells) and target[tuple(cells[-1])] and _free(cells, weights):
             return cells, int(to_go[iy, ix])
     best, end_iy, end_ix = _drawn_wave(weights, iy, ix, target, to_go, detour)
     if end_iy < 0:
         return np.empty((0, 2), dtype=np.int64), 0
     return path_to(CostField(best, 1.0), (end_iy, end_ix)), int(best[end_iy, end_ix])
+
+
+def _free(cells: Cells, weights: Weights) -> bool:
+    """Whether a way (n, 2) enters no blocked cell and passes no blocked corner."""
+    before, after = cells[:-1], cells[1:]
+    slanted = (before != after).all(axis=1)
+    one = weights[before[slanted, 0], after[slanted, 1]]
+    other = weights[after[slanted, 0], before[slanted, 1]]
+    return bool(weights[after[:, 0], after[:, 1]].all() and one.all() and other.all())
 
 
 @compiled

@@ -115,7 +115,9 @@ def test_many_beams_are_thinned_evenly(room):
         room.grid, room.surfaces, points, ROOM @ Pose2(2.2, 1.4, 0.4), window, VAGUE, 1.0,
         SearchSettings(beams=20),
     )  # fmt: skip
-    assert found[0].distance_to(ROOM @ pose) < 0.12
+    best = ROOM.inverse() @ found[0]
+    # With fewer beams a neighbour on the lattice may score as well, none farther off.
+    assert max(abs(best.x - pose.x), abs(best.y - pose.y)) < 0.1 + 1e-9
 
 
 def test_scores_fall_with_the_distance_and_are_neutral_where_unknown():

@@ -23,16 +23,32 @@ def test_grid_and_walls_grow_together_and_stay_in_step():
 
 def test_cautious_insertion_adds_walls_and_erases_none():
     built = MatchMap(MapSettings(resolution=0.1))
-    scan = LaserScan(np.array([1.0], dtype=np.float32), 0.0, 0.1, 3.0, 0.0)
+    # The wall's face, and the solid half a cell behind it, lie in one cell.
+    scan = LaserScan(np.array([1.07], dtype=np.float32), 0.0, 0.1, 3.0, 0.0)
     far = LaserScan(np.array([3.0], dtype=np.float32), 0.0, 0.1, 3.0, 0.0)
     here = Pose2(0.05, 0.05, 0.0)
     built.insert(scan, here)
-    wall = built.grid.geometry.cell_at(1.05, 0.05)
+    wall = built.grid.geometry.cell_at(1.15, 0.05)
     for _ in range(5):
         built.insert(far, here, cautious=True)
     assert built.grid.log_odds[wall] > 0.4
     built.insert(scan, Pose2(0.05, 0.55, 0.0), cautious=True)
-    assert built.grid.log_odds[built.grid.geometry.cell_at(1.05, 0.55)] > 0.4
+    assert built.grid.log_odds[built.grid.geometry.cell_at(1.15, 0.55)] > 0.4
     for _ in range(5):
         built.insert(far, here)
-    assert built.grid.log_odds[built.grid.geometry.cell_at(1.05, 0.05)] < 0.0
+    assert built.grid.log_odds[built.grid.geometry.cell_at(1.15, 0.05)] < 0.0
+
+
+def test_a_wall_at_the_very_edge_of_the_grid_is_drawn():
+    # Grids begin at the lattice's origin and grow by many cells at once: the solid behind a wall
+    # just inside must not fall off the edge.
+    for resolution in (0.05, 0.1):
+        for offset in (0.0, 0.2 * resolution, 0.4 * resolution):
+            room = Pose2(offset, offset, 0.0)
+            built = MatchMap(MapSettings(resolution=resolution))
+            for theta in (0.0, 1.0):
+                pose = Pose2(1.5, 1.4, theta)
+                built.insert(rectangle_scan(pose, beams=360), room @ pose)
+            walls = built.grid.log_odds > 0.4
+            edge = built.grid.geometry.cell_at(offset - 0.5 * resolution, 1.4)[1]
+            assert walls[:, edge : edge + 2].any(axis=1).sum() > 2.5 / resolution

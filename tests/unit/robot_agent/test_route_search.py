@@ -61,6 +61,14 @@ def test_an_estimate_helps_even_when_the_map_has_changed(
         assert units <= field.units[8, 10] + 63
 
 
+def test_no_way_slips_between_two_obstacles_that_have_come_up() -> None:
+    weights = np.ones((9, 11), dtype=np.uint8)
+    to_go = cost_field(weights, (8, 10), 1.0).units
+    weights[0, 1] = weights[1, 0] = 0
+    cells, _ = search_way(weights, (0, 0), only((8, 10), weights.shape), to_go)
+    assert len(cells) == 0
+
+
 def test_new_ways_are_found_with_an_old_estimate() -> None:
     walled = np.ones((9, 11), dtype=np.uint8)
     walled[:, 5] = 0
