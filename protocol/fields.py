@@ -83,6 +83,7 @@ Covariance = Annotated[npt.NDArray[np.float64], ArrayField("float64", (3, 3), 9)
 Points = Annotated[npt.NDArray[np.float32], ArrayField("float32", (None, 2), 2 * 4096)]
 Numbers = Annotated[npt.NDArray[np.float32], ArrayField("float32", (None,), 4096)]
 NO_NUMBERS: npt.NDArray[np.float32] = np.zeros(0, dtype=np.float32)
+NO_POINTS: npt.NDArray[np.float32] = np.zeros((0, 2), dtype=np.float32)
 Rectangles = Annotated[npt.NDArray[np.float32], ArrayField("float32", (None, 4), 4 * 4096)]
 
 

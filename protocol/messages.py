@@ -17,6 +17,7 @@ from protocol.body import WireBody
 from protocol.fields import (
     LARGEST_EDGE,
     NO_NUMBERS,
+    NO_POINTS,
     Bytes,
     Coordinate,
     Count,
@@ -131,6 +132,9 @@ class ScanReport(Message):
     `number` counts a robot's reports from 1 without gaps. `track_odom` (n, 4) holds stamp, x, y,
     theta of all poses since the report before, in the robot's odom frame, this one last.
     `covariance` is that of `T_odom_base` relative to the robot's own map around it, odom frame.
+    `T_wheel_base` is where the wheels alone put the robot, in a frame of their own.
+    `sightings_odom` (k, 2) [m] is where it saw discs of a teammate's size since the report before,
+    in its odom frame; told only while it looks around.
     """
 
     type: Literal["scan_report"] = "scan_report"
@@ -144,6 +148,8 @@ class ScanReport(Message):
     T_odom_base: PoseField
     covariance: Covariance
     track_odom: Track
+    T_wheel_base: PoseField | None = None
+    sightings_odom: Points = NO_POINTS
 
 
 class ReportsReceived(Message):

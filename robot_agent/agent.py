@@ -147,6 +147,9 @@ class Agent:
         if len(message.ranges):
             mapping.take(self._scan_of(message, mapping), message.T_wheel_base)
             self._points_base = mapping.scan.points_base() if mapping.scan else _NO_POINTS
+            if not (self._look.done and self._aligned):
+                body = self._joined.body or Body()
+                mapping.sight(self._teammates.find_in(self._sweep_of(message), body))
         mapping.move(message.T_wheel_base)
         if self._looks_around(message):
             rate = (self._joined.body or Body()).drive.turn_rate_max_rad_s
@@ -173,18 +176,22 @@ class Agent:
 
     def _scan_of(self, frame: BodyFrame, mapping: LocalMapping) -> LaserScan:
         """Return the sweep of a frame, without beams that hit teammates."""
+        mapping.move(frame.T_wheel_base)
+        T_map_base = self._T_map_odom @ mapping.T_odom_base
+        sweep = self._sweep_of(frame)
+        return self._teammates.mask(sweep, T_map_base, self.settings.mapping.teammate_margin_m)
+
+    def _sweep_of(self, frame: BodyFrame) -> LaserScan:
+        """Return the sweep of a frame as measured."""
         assert self._joined is not None
         lidar = (self._joined.body or Body()).lidar
-        scan = LaserScan(
+        return LaserScan(
             frame.ranges,
             lidar.bearing_start,
             lidar.bearing_step,
             lidar.range_max_m,
             frame.stamp_s,
         )
-        mapping.move(frame.T_wheel_base)
-        T_map_base = self._T_map_odom @ mapping.T_odom_base
-        return self._teammates.mask(scan, T_map_base, self.settings.mapping.teammate_margin_m)
 
     def _looks_around(self, frame: BodyFrame) -> bool:
         """Whether to turn on the spot: once, and on until the server has placed the robot."""

@@ -7,12 +7,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mapping.geometry import IDENTITY, Pose2, wrap_angle
+from mapping.geometry import IDENTITY, Floats, Pose2, wrap_angle
 from mapping.incremental_slam import IncrementalSlam, SlamSettings
 from mapping.match_map import MapSettings
 from mapping.motion_model import MotionModel
 from mapping.scan import LaserScan
 from protocol.body import Body
+from protocol.fields import NO_POINTS
 from protocol.messages import ScanReport
 from robot_agent.settings import LocalMapSettings
 
@@ -46,6 +47,7 @@ class LocalMapping:
         self.matched = False
         self._T_wheel_slam: Pose2 | None = None
         self._track: list[tuple[float, float, float, float]] = []
+        self._sightings: list[Floats] = []
         self._log: dict[int, ScanReport] = {}
         self._number = 0
         self._since_report = 0
@@ -71,6 +73,10 @@ class LocalMapping:
         self._since_report += 1
         pose = self.T_odom_base
         self._track.append((scan.stamp, pose.x, pose.y, pose.theta))
+
+    def sight(self, places_base: Floats) -> None:
+        """Note where the last scan showed discs of a teammate's size, (k, 2) [m], base frame."""
+        self._sightings.append(self._slam.T_odom_base.apply(places_base))
 
     def report_due(self, aligned: bool, news: Callable[[LaserScan], float]) -> bool:
         """Whether the last scan is to be reported; a robot at rest has nothing new to tell.
@@ -116,8 +122,11 @@ class LocalMapping:
             T_odom_base=self._slam.T_odom_base,
             covariance=np.ascontiguousarray(self._slam.covariance),
             track_odom=np.array(self._track, dtype=np.float64).reshape(-1, 4)[-4096:],
+            T_wheel_base=self._T_wheel_slam,
+            sightings_odom=np.concatenate((NO_POINTS, *self._sightings)).astype(np.float32)[-256:],
         )
         self._track.clear()
+        self._sightings.clear()
         self._since_report = 0
         self._T_odom_reported = self._slam.T_odom_base
         self._log[self._number] = report

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mapping.disc_sighting import find_discs
 from mapping.geometry import Floats, Pose2, pose_from
 from mapping.scan import LaserScan
+from protocol.body import Body
 from protocol.messages import TeamPoses
 from robot_agent.right_of_way import Teammate
 
@@ -61,6 +63,14 @@ class Teammates:
         """Where the others are, (k, 2) [m], map frame."""
         rows = [(mate.T_map_base.x, mate.T_map_base.y) for mate in self.others]
         return np.array(rows, dtype=np.float64).reshape(-1, 2)
+
+    def find_in(self, sweep: LaserScan, body: Body) -> Floats:
+        """Return where a sweep shows discs of a teammate's size, (k, 2) [m], base frame.
+
+        As long as nobody was heard of, the others are taken to be built like this robot.
+        """
+        radii = sorted({mate.radius for mate in self.others} or {body.radius_m})
+        return np.concatenate([find_discs(sweep, radius) for radius in radii])
 
     def mask(self, scan: LaserScan, T_map_base: Pose2, margin: float) -> LaserScan:
         """Return the scan with all beams ignored that end at a teammate.

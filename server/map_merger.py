@@ -8,108 +8,42 @@ al. 2000, section "Coordinated Mapping"). The first scan of the first robot defi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from mapping.correlative_search import SearchWindow
-from mapping.geometry import Floats, Pose2, interpolate, wrap_angle
+from mapping.geometry import Floats, Pose2
 from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
 from mapping.match_map import MapSettings, MatchMap
-from mapping.scan import LaserScan
-from mapping.scan_integration import IntegrationSettings, scan_extent
-from mapping.scan_matching import MatchResult, match
-from mapping.scan_points import scan_points, turned_points
-from protocol.fields import LARGEST_EDGE
+from mapping.motion_model import MotionModel
+from mapping.pose_graph import carried_covariance, turned_covariance
+from mapping.scan_integration import IntegrationSettings
+from mapping.scan_matching import MatchResult
+from mapping.surface_map import SurfaceSettings
+from server.comparing import firm_match
+from server.limits import holds
+from server.mutual_sightings import MutualSightings
+from server.placing import (
+    TOO_FAR,
+    Member,
+    Node,
+    Placement,
+    Report,
+    Way,
+    corrected_track,
+    node_tracks,
+    way_between,
+)
 from server.settings import MergerSettings
+from server.team_graph import TeamGraph
+from server.tying import aligns, contradicts, match_held, search_window, seen_by_others
 
-_HELD_TOGETHER = 6  # reports that are matched together to tie a robot to the map
+__all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
 
-
-@dataclass(frozen=True, slots=True)
-class Report:
-    """One scan of a robot as it told it.
-
-    Attributes:
-        scan: the scan, without beams that hit teammates.
-        T_odom_base: the robot's locally corrected pose.
-        covariance: (3, 3) of it relative to the robot's own map around it, odom frame.
-        track_odom: (n, 4) stamp, x, y, theta since the report before, odom frame.
-    """
-
-    scan: LaserScan
-    T_odom_base: Pose2
-    covariance: Floats
-    track_odom: Floats
-
-
-@dataclass(frozen=True, slots=True)
-class Node:
-    """A scan in the team's map: a vertex of the pose graph.
-
-    Attributes:
-        robot: who took it.
-        scan: the scan.
-        T_map_base: where.
-        T_odom_base: where by the robot's own estimate, in its local map.
-        covariance: (3, 3) of the match that placed it, map frame.
-        own_covariance: (3, 3) of `T_odom_base` in the robot's own map, odom frame.
-        life: which life of the robot's process, from 0; each has a local map of its own.
-    """
-
-    robot: str
-    scan: LaserScan
-    T_map_base: Pose2
-    T_odom_base: Pose2
-    covariance: Floats
-    own_covariance: Floats
-    life: int = 0
-
-
-@dataclass(slots=True)
-class Member:
-    """What the merger knows of one robot.
-
-    Attributes:
-        T_map_odom: where its local map lies in the team's.
-        covariance: (3, 3) of the robot's pose in the team's map, map frame.
-        aligned: whether a scan of it was ever matched (or defined the frame).
-        track: corrected poses so far, rows of stamp, x, y, theta, map frame.
-        held: reports that wait for the alignment.
-        last: the report that was placed last.
-        unmatched: reports in a row that contradicted the map.
-        placed: reports placed so far.
-        life: which life of the robot's process this is, from 0.
-    """
-
-    T_map_odom: Pose2
-    covariance: Floats
-    aligned: bool = False
-    track: list[Floats] = field(default_factory=list)
-    held: list[Report] = field(default_factory=list)
-    last: Report | None = None
-    unmatched: int = 0
-    placed: int = 0
-    life: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Placement:
-    """Outcome of placing a report.
-
-    Attributes:
-        matched: whether it agrees with the team's map.
-        moved: correction of the robot's place by this report [m].
-        too_far: whether it was refused because the map would have grown beyond all reason.
-    """
-
-    matched: bool
-    moved: float
-    too_far: bool = False
-
-
-TOO_FAR = Placement(matched=False, moved=0.0, too_far=True)
+# A submap holds few scans, so the pieces of wall that its surfels stand for are longer [cells].
+_SUBMAP_FIT = 6
 
 
 class MapMerger:
@@ -117,8 +51,10 @@ class MapMerger:
 
     Attributes:
         map: the team's map and what matching needs of it.
+        sightings: who saw whom from the start.
         members: by robot's name.
         nodes: all placed scans, in order.
+        team: the pose graph that holds the scans together.
         dirty: cells changed since `take_changes`, on the lattice.
     """
 
@@ -130,6 +66,9 @@ class MapMerger:
                 integration=IntegrationSettings(fill_between=True),
             )
         )
+        submap = replace(self.map.settings, surface=SurfaceSettings(fit_radius=_SUBMAP_FIT))
+        self.team = TeamGraph(settings.loops, submap)
+        self.sightings = MutualSightings()
         self.members: dict[str, Member] = {}
         self.nodes: list[Node] = []
         self.dirty = EMPTY_BOX
@@ -153,7 +92,14 @@ class MapMerger:
         rows, cols = self.lattice
         return box, self.log_odds[box.shifted(-rows, -cols).slices]
 
-    def add(self, name: str, T_map_start: Pose2, sigma: float, turn_sigma: float) -> None:
+    def add(
+        self,
+        name: str,
+        T_map_start: Pose2,
+        sigma: float,
+        turn_sigma: float,
+        motion: MotionModel | None = None,
+    ) -> None:
         """Take a robot in that was told to start at `T_map_start`, within the errors [m], [rad].
 
         A robot that starts anew comes back here with an empty local map of its own; its track and
@@ -161,33 +107,72 @@ class MapMerger:
         """
         known = self.members.get(name)
         covariance = np.diag([sigma**2, sigma**2, turn_sigma**2]) + np.diag([1e-4, 1e-4, 1e-5])
+        motion, told = motion or MotionModel(), (sigma, turn_sigma)
         if known is None:
-            self.members[name] = Member(T_map_start, covariance)
+            self.members[name] = Member(T_map_start, covariance, told, motion)
             return
+        self.sightings.forget(name)
         restart = self._last_pose(name) or T_map_start
         self.members[name] = Member(
-            restart, covariance, track=known.track, placed=known.placed, life=known.life + 1
+            restart, covariance, told, motion, placed=known.placed, life=known.life + 1
         )
 
     def place(self, name: str, report: Report) -> Placement:
         """Place a report in the team's map; the robot's alignment follows."""
         member = self.members[name]
-        if not self._holds(report.scan, member.T_map_odom @ report.T_odom_base):
+        if not self._holds(report, member.T_map_odom @ report.T_odom_base):
             return TOO_FAR
-        if not member.aligned:
-            return self._tie(name, member, report)
-        prior = self._prior(member)
-        guess = member.T_map_odom @ report.T_odom_base
-        result = self.map.match(report.scan, guess, prior, self._window(prior))
-        if self._contradicts(result):
+        if len(report.sightings_odom):
+            self.sightings.add(name, report.T_odom_base, report.covariance, report.sightings_odom)
+        if member.aligned:
+            return self._follow(name, member, report)
+        return self._tie(name, member, report)
+
+    def _follow(self, name: str, member: Member, report: Report) -> Placement:
+        """Place a report of a robot that is tied to the team's map.
+
+        Where the scan closes a loop with an error, all scans of the team move, and the map is drawn
+        again.
+        """
+        assert member.last is not None
+        track = np.concatenate((*member.untold, report.track_odom))
+        way = way_between(member.last, report, track, member.motion)
+        guess = member.T_map_odom @ member.last.T_odom_base @ way.T_last_base
+        prior = self._prior(member, guess, way)
+        result = self._match(report, guess, prior)
+        stray = contradicts(result, self.settings)
+        T_map_base = guess
+        if not stray:
+            T_map_base = firm_match(self.map, report.scan, guess, prior, result).T_map_base
+        found = self.team.close_loops(name, report.scan, T_map_base, way)
+        if stray and not found:
+            member.unmatched += 1
+            member.untold.append(report.track_odom)
+            return Placement(False, 0.0)
+        if not self._holds(report, T_map_base):
+            return TOO_FAR
+        member.covariance = member.covariance if stray else result.covariance
+        node = self.team.extend(name, report.scan, T_map_base, way)
+        redrawn = False
+        if self.team.strained(self.team.connect_loops(node, found)) or stray:
+            self.team.settle()
+            member.covariance = self.team.chains[name].covariance
+            redrawn = self._redraw()
+            T_map_base = self.team.graph.pose(node)
+        self._insert(name, member, report, T_map_base @ report.T_odom_base.inverse())
+        return Placement(True, guess.distance_to(T_map_base), redrawn=redrawn)
+
+    def _holds(self, report: Report, T_map_base: Pose2) -> bool:
+        """Whether the map stays within its limits with a report at a pose."""
+        return holds(self.geometry, self.settings.largest_cells, report.scan, T_map_base)
+
+    def _match(self, report: Report, guess: Pose2, prior: Floats) -> MatchResult:
+        """Match a report with the team's map, in a wide window if it contradicts the map."""
+        result = self.map.match(report.scan, guess, prior, search_window(prior, self.settings))
+        if contradicts(result, self.settings):
             wide = self.settings.wide_scale * prior + np.diag([0.04, 0.04, 0.01])
             result = self.map.match(report.scan, guess, wide, SearchWindow())
-        if self._contradicts(result):
-            member.unmatched += 1
-            self._extend_track(member, report, member.T_map_odom)
-            return Placement(False, 0.0)
-        member.covariance, member.unmatched = result.covariance, 0
-        return self._insert(name, member, report, result.T_map_base @ report.T_odom_base.inverse())
+        return result
 
     def _tie(self, name: str, member: Member, report: Report) -> Placement:
         """Tie a robot's local map to the team's, or keep its report until that is possible.
@@ -198,39 +183,44 @@ class MapMerger:
         if self.map.scans == 0:
             member.aligned = True
             member.covariance = np.diag([1e-4, 1e-4, 1e-5])
-            return self._insert(name, member, report, member.T_map_odom)
+            self._begin(name, member, [report], member.T_map_odom, member.covariance)
+            return Placement(True, 0.0)
         member.held.append(report)
-        sigma = math.sqrt(max(member.covariance[0, 0], member.covariance[1, 1]))
-        turn_sigma = math.sqrt(member.covariance[2, 2])
-        # Starts are told with uniform errors: one sigma of them is their largest.
-        window = SearchWindow(1.25 * sigma + 0.1, 1.25 * turn_sigma + 0.02)
-        T_base_odom = report.T_odom_base.inverse()
-        points = [
-            turned_points(scan_points(held.scan), T_base_odom @ held.T_odom_base)
-            for held in member.held[-_HELD_TOGETHER:]
-        ]
-        result = match(
-            self.map.grid,
-            self.map.surfaces,
-            np.concatenate(points),
-            member.T_map_odom @ report.T_odom_base,
-            member.covariance,
-            self.map.settings.matching,
-            window,
-        )
-        if not self._aligns(result, len(member.held)):
+        if len(member.held) <= self.settings.sight_wait:
             return Placement(False, 0.0)
-        T_map_odom = result.T_map_base @ T_base_odom
-        member.covariance, member.aligned = result.covariance, True
+        relation = seen_by_others(name, self.members, self.sightings)
+        if relation is not None:
+            member.T_map_odom, member.covariance = relation.T_a_b, relation.covariance
+        result = match_held(self.map, member, report, relation is not None)
+        if aligns(result, len(member.held), self.settings):
+            T_map_odom = result.T_map_base @ report.T_odom_base.inverse()
+            covariance = result.covariance
+        elif relation is not None and not contradicts(result, self.settings):
+            T_map_odom, covariance = relation.T_a_b, relation.covariance
+        else:
+            return Placement(False, 0.0)
+        moved = member.T_map_odom.distance_to(T_map_odom)
+        member.covariance, member.aligned = covariance, True
         waiting, member.held = member.held, []
-        for held in waiting:
-            placement = self._insert(name, member, held, T_map_odom)
-        return placement
+        self._begin(name, member, waiting, T_map_odom, covariance)
+        return Placement(True, moved)
+
+    def settle(self) -> bool:
+        """Put the map right by all that is known; return whether it was drawn again."""
+        if not self.nodes:
+            return False
+        self.team.settle()
+        self.team.consolidate()
+        self.team.settle()
+        return self._redraw()
 
     def track(self, name: str) -> Floats:
         """Return the corrected poses of a robot, (n, 4): stamp, x, y, theta, map frame."""
-        rows = self.members[name].track
-        return np.vstack(rows) if rows else np.zeros((0, 4))
+        member = self.members[name]
+        tracks = node_tracks(node for node in self.nodes if node.robot == name)
+        T_map_odom = member.T_map_odom
+        untold = [corrected_track(rows, T_map_odom, T_map_odom) for rows in member.untold]
+        return np.concatenate((np.zeros((0, 4)), *tracks, *untold))
 
     def uncertainty(self, name: str) -> float:
         """Return one sigma of a robot's place in the team's map [m]."""
@@ -249,43 +239,47 @@ class MapMerger:
 
     # --- steps --------------------------------------------------------------------------------
 
-    def _prior(self, member: Member) -> Floats:
+    def _prior(self, member: Member, guess: Pose2, way: Way) -> Floats:
         """Return the covariance of the guess: the last match's, and what the way since added."""
         settings = self.settings
         drift, turn_drift = settings.drift_m, math.radians(settings.drift_deg)
-        return member.covariance + np.diag([drift**2, drift**2, turn_drift**2])
+        assert member.last is not None
+        before = member.T_map_odom @ member.last.T_odom_base
+        carried = carried_covariance(member.covariance, guess.x - before.x, guess.y - before.y)
+        grown = carried + turned_covariance(way.covariance, -guess.theta)
+        return grown + np.diag([drift**2, drift**2, turn_drift**2])
 
-    def _window(self, prior: Floats) -> SearchWindow | None:
-        """Return the window to search, or None where the guess is good."""
-        sigma = math.sqrt(max(prior[0, 0], prior[1, 1]))
-        turn_sigma = math.sqrt(prior[2, 2])
-        if sigma < self.settings.search_sigma_m and turn_sigma < math.radians(3.0):
-            return None
-        return SearchWindow(min(3.0 * sigma, 1.5), min(3.0 * turn_sigma, 0.5))
+    def _begin(
+        self,
+        name: str,
+        member: Member,
+        reports: list[Report],
+        T_map_odom: Pose2,
+        covariance: Floats,
+    ) -> None:
+        """Insert the first reports of a robot; its way through the pose graph begins with them."""
+        graph = self.team.graph
+        for k, report in enumerate(reports):
+            T_map_base = T_map_odom @ report.T_odom_base
+            if k == 0:
+                nearest = graph.nearest(T_map_base)
+                node = self.team.begin(name, report.scan, T_map_base, covariance)
+                if nearest is not None:
+                    T_near_base = graph.pose(nearest).inverse() @ T_map_base
+                    turned = turned_covariance(covariance, T_map_base.theta)
+                    self.team.tie(nearest, node, T_near_base, turned)
+            else:
+                assert member.last is not None
+                way = way_between(member.last, report, report.track_odom, member.motion)
+                self.team.extend(name, report.scan, T_map_base, way)
+            self._insert(name, member, report, T_map_odom)
 
-    def _contradicts(self, result: MatchResult) -> bool:
-        """Whether enough end points fall where the map is known, and too few of them at walls."""
-        settings = self.settings
-        return result.known >= settings.known_least and result.fit < settings.fit_least
-
-    def _aligns(self, result: MatchResult, held: int) -> bool:
-        """Whether a match is good enough to tie a robot to the team's map."""
-        settings = self.settings
-        if result.explained < settings.align_points or result.fit < settings.align_fit:
-            return False
-        sigma = math.sqrt(np.linalg.eigvalsh(result.covariance[:2, :2])[-1])
-        sure = sigma <= settings.align_sigma_m and result.covariance[2, 2] <= (
-            math.radians(settings.align_sigma_deg) ** 2
-        )
-        return bool(sure) or held >= settings.hold_most
-
-    def _insert(self, name: str, member: Member, report: Report, T_map_odom: Pose2) -> Placement:
+    def _insert(self, name: str, member: Member, report: Report, T_map_odom: Pose2) -> None:
         """Insert a scan at its corrected pose."""
         T_map_base = T_map_odom @ report.T_odom_base
-        if not self._holds(report.scan, T_map_base):
-            return TOO_FAR
         box = self.map.insert(report.scan, T_map_base)
-        moved = (member.T_map_odom @ report.T_odom_base).distance_to(T_map_base)
+        track = np.concatenate((*member.untold, report.track_odom))
+        member.untold = []
         self.nodes.append(
             Node(
                 robot=name,
@@ -295,37 +289,35 @@ class MapMerger:
                 covariance=member.covariance,
                 own_covariance=report.covariance,
                 life=member.life,
+                track_odom=track,
             )
         )
-        self._extend_track(member, report, T_map_odom)
         member.T_map_odom = T_map_odom
         member.last = report
+        member.unmatched = 0
         member.placed += 1
         self.dirty = self.dirty.union(box.shifted(*self.lattice))
-        return Placement(True, moved)
 
-    def _holds(self, scan: LaserScan, T_map_base: Pose2) -> bool:
-        """Whether map and search stay within the limits if this scan is looked for here."""
-        most = self.settings.largest_cells
-        larger, _ = self.geometry.grown(*scan_extent(scan, T_map_base))
-        # The search lays a square around the laser, as wide as its longest beams on both sides.
-        longest = float(scan.ranges[scan.hits].max(initial=0.0)) / self.geometry.resolution
-        square = (2.0 * longest) ** 2
-        edge = max(larger.rows, larger.cols)
-        return larger.rows * larger.cols <= most and square <= most and edge <= LARGEST_EDGE
-
-    def _extend_track(self, member: Member, report: Report, T_map_odom: Pose2) -> None:
-        """Append the corrected poses since the last report; the correction grows along the way."""
-        rows = report.track_odom
-        if not len(rows):
-            return
-        T_before = member.T_map_odom if member.track or member.placed else T_map_odom
-        corrected = np.empty_like(rows)
-        for k, (stamp, x, y, theta) in enumerate(rows.tolist()):
-            T_blend = interpolate(T_before, T_map_odom, (k + 1) / len(rows))
-            pose = T_blend @ Pose2(x, y, theta)
-            corrected[k] = stamp, pose.x, pose.y, wrap_angle(pose.theta)
-        member.track.append(corrected)
+    def _redraw(self) -> bool:
+        """Draw the whole map again where the pose graph moved its scans; return whether it did."""
+        if not self.team.astray([node.T_map_base for node in self.nodes]):
+            return False
+        old = self.geometry
+        self.map = MatchMap(self.map.settings)
+        far_x = old.origin_x + (old.cols - 0.5) * old.resolution
+        far_y = old.origin_y + (old.rows - 0.5) * old.resolution
+        half = 0.5 * old.resolution
+        self.map.grow(old.origin_x + half, old.origin_y + half, far_x, far_y)
+        for k, node in enumerate(self.nodes):
+            T_map_base = self.team.graph.pose(k)
+            self.nodes[k] = replace(node, T_map_base=T_map_base)
+            self.map.insert(node.scan, T_map_base)
+            if self.members[node.robot].aligned:
+                self.members[node.robot].T_map_odom = self.nodes[k].T_map_odom
+        geometry = self.geometry
+        whole = CellBox(0, 0, geometry.rows, geometry.cols)
+        self.dirty = self.dirty.union(whole.shifted(*self.lattice))
+        return True
 
     def _last_pose(self, name: str) -> Pose2 | None:
         """Return where a robot was last in the team's map, or None."""

@@ -22,6 +22,7 @@ from protocol.world_messages import Finished, Join
 from server.bids import BidError, robot_bid
 from server.map_merger import MapMerger
 from server.map_publisher import MapPublisher
+from server.placing import motion_of
 from server.report_intake import ReportIntake
 from server.roster import Roster
 from server.settings import ServerSettings
@@ -143,7 +144,7 @@ class Master:
         body = hello.body or Body()
         again = self.roster.enter(name, body, now)
         sigma, turn = hello.start_sigma_m, math.radians(hello.start_sigma_deg)
-        self.merger.add(name, hello.start or IDENTITY, sigma, turn)
+        self.merger.add(name, hello.start or IDENTITY, sigma, turn, motion_of(body.drive))
         self._intake.begin(name)
         note = Note("info", f"{name} is {'back' if again else 'here'}")
         return [note, *self.executive.robot_joined(name, body, now)]
@@ -268,6 +269,7 @@ class Master:
         if self.ended is not None:
             return []
         self.ended, self.reason, self.ended_at = ended, reason, now
+        self.merger.settle()
         end = words.MissionEnd(ended=ended, reason=reason)
         note = Note("info", f"mission over at {now:.1f} s: {ended}, {reason}")
         return [note, *self._tell(self.roster.audience(), end)]

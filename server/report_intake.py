@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from mapping.scan import LaserScan
 from protocol.effects import Effect, Send
 from protocol.fault_book import FaultBook
@@ -50,17 +52,35 @@ class ReportIntake:
         guess = member.T_map_odom @ message.T_odom_base
         discs = self.discs(name, message.stamp_s)
         scan = without_teammates(_scan_of(message), guess, discs)
-        report = Report(scan, message.T_odom_base, message.covariance, message.track_odom)
+        report = Report(
+            scan,
+            message.T_odom_base,
+            message.covariance,
+            message.track_odom,
+            message.T_wheel_base,
+            message.sightings_odom.astype(np.float64),
+        )
         placement = self._merger.place(name, report)
         notes = self._faults.enter("a report", name, _TOO_FAR) if placement.too_far else []
-        update = PoseUpdate(
-            number=message.number,
-            T_map_odom=member.T_map_odom,
-            uncertainty_m=self._merger.uncertainty(name),
-            matched=placement.matched,
-        )
         received = ReportsReceived(number=message.number)
-        return [*notes, Send("fleet", name, received), Send("fleet", name, update)]
+        update = self._update(name, placement.matched)
+        answers: list[Effect] = [*notes, Send("fleet", name, received), Send("fleet", name, update)]
+        if placement.redrawn:
+            answers += [
+                Send("fleet", other, self._update(other, True))
+                for other in self._roster.present()
+                if other != name and self._merger.members[other].aligned
+            ]
+        return answers
+
+    def _update(self, name: str, matched: bool) -> PoseUpdate:
+        """Return where a robot's local map lies in the team's by its last report."""
+        return PoseUpdate(
+            number=self._received[name],
+            T_map_odom=self._merger.members[name].T_map_odom,
+            uncertainty_m=self._merger.uncertainty(name),
+            matched=matched,
+        )
 
     def discs(self, observer: str, stamp: float) -> list[Disc]:
         """Return where all robots but one may be at `stamp` [s]."""

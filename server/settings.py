@@ -15,6 +15,53 @@ class _Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
+class LoopSettings(_Settings):
+    """How pieces of the map are tied to each other, see `team_graph`.
+
+    Attributes:
+        submap_m: a submap reaches this far from its anchor,
+        submap_scans: holds this many scans,
+        submap_sigma_m: and ends when the way since its anchor is less sure than this,
+        submap_sigma_deg: or this.
+        points: a scan must have this many end points at a submap's walls,
+        fit_least: and this share of those that fall where the submap is known.
+        fit_at_once: with a smaller share it is looked for in the whole window.
+        compared: with so many submaps a scan is compared, those it overlaps most.
+        again_m: and with each of them again after moving this far.
+        again_most: at the end so many scans are compared with all submaps around them.
+        search_from_m: a smaller window is not worth a search.
+        window_m: largest window,
+        window_deg: and turn.
+        gate: squared distance from what is expected, in standard deviations, beyond which a match
+            is not believed (three dimensions).
+        settle_above: the map is put right when a loop closes with a larger squared error,
+        settle_every: or after so many closed loops,
+        settle_share: or this share of all closed so far, if that is more.
+        redraw_m: the map is drawn again when a scan has moved this far,
+        redraw_deg: or turned this much.
+    """
+
+    submap_m: Positive = 5.0
+    submap_scans: Annotated[int, Field(ge=2)] = 30
+    submap_sigma_m: Positive = 0.06
+    submap_sigma_deg: Positive = 1.0
+    points: Annotated[int, Field(ge=3)] = 12
+    fit_least: float = 0.75
+    fit_at_once: float = 0.8
+    compared: Annotated[int, Field(ge=0)] = 4
+    again_m: Positive = 0.3
+    again_most: Annotated[int, Field(ge=1)] = 200
+    search_from_m: Positive = 0.1
+    window_m: Positive = 2.0
+    window_deg: Positive = 20.0
+    gate: Positive = 16.0
+    settle_above: Positive = 12.0
+    settle_every: Annotated[int, Field(ge=1)] = 8
+    settle_share: NotNegative = 0.1
+    redraw_m: Positive = 0.05
+    redraw_deg: Positive = 0.5
+
+
 class MergerSettings(_Settings):
     """How scans of all robots become one map.
 
@@ -23,6 +70,8 @@ class MergerSettings(_Settings):
 
     A robot is tied to the team's map when all its reports so far, together, match it with at least
     `align_points` end points at walls, a share of `align_fit`, and an uncertainty of no more than
+    `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails. For
+    so many reports as `sight_wait` it only looks around: who sees whom is clear when all have.
     `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails.
 
     A report that would make the map larger than `largest_cells` is refused: a robot whose pose is
@@ -37,10 +86,12 @@ class MergerSettings(_Settings):
     align_sigma_m: Positive = 0.1
     align_sigma_deg: Positive = 1.5
     hold_most: Annotated[int, Field(ge=1)] = 12
+    sight_wait: Annotated[int, Field(ge=0)] = 3
     drift_m: NotNegative = 0.03
     drift_deg: NotNegative = 0.5
     search_sigma_m: Positive = 0.1
     wide_scale: Positive = 9.0
+    loops: LoopSettings = LoopSettings()
     largest_cells: Annotated[int, Field(ge=1_000, le=LARGEST_CELLS)] = 25_000_000
 
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from mapping.geometry import IDENTITY, Pose2
@@ -115,3 +116,15 @@ def test_no_more_than_a_few_are_sent_again_at_a_time() -> None:
     for _ in range(25):
         mapping.report()
     assert [report.number for report in mapping.missing(0.0)] == list(range(1, 21))
+
+
+def test_a_report_tells_the_wheels_and_where_discs_were_seen() -> None:
+    mapping, T_wheel_base = mapping_after(2)
+    assert mapping.report().sightings_odom.shape == (0, 2)
+    mapping.take(scan_in(ROOM, T_wheel_base, 0.4), T_wheel_base)
+    mapping.sight(np.array([[1.0, 0.0]]))
+    report = mapping.report()
+    assert report.T_wheel_base == T_wheel_base
+    seen = mapping.T_odom_base.apply((1.0, 0.0))
+    assert report.sightings_odom == pytest.approx(seen.reshape(1, 2), abs=1e-5)
+    assert mapping.report().sightings_odom.shape == (0, 2)

@@ -7,8 +7,10 @@ import pytest
 
 from mapping.geometry import IDENTITY, Pose2
 from mapping.scan import LaserScan
+from protocol.body import Body
 from protocol.messages import TeamPoses
 from robot_agent.team_view import Teammates
+from sim_world.raycast import cast_discs
 
 
 def poses(*names: str, lengths: tuple[int, ...] | None = None, busy: bool = False) -> TeamPoses:
@@ -76,3 +78,14 @@ def test_the_distance_to_the_nearest_other() -> None:
     assert view.nearest(IDENTITY) == math.inf
     view.hear(poses("b", "x", "c"))
     assert view.nearest(Pose2(0.4, 0.0, 0.0)) == pytest.approx(0.6)
+
+
+def test_teammates_are_found_by_their_size() -> None:
+    bearings = -math.pi / 2 + math.radians(1.0) * np.arange(181)
+    seen = cast_discs(np.array([[1.0, 0.0, 0.25]]), IDENTITY, bearings, 8.0)
+    sweep = LaserScan(seen.astype(np.float32), -math.pi / 2, math.radians(1.0), 8.0, 0.0)
+    view = Teammates("b")
+    assert len(view.find_in(sweep, Body(radius_m=0.25))) == 1
+    assert len(view.find_in(sweep, Body(radius_m=0.6))) == 0
+    view.hear(poses("a", "b"))  # told radii count more than one's own
+    assert len(view.find_in(sweep, Body(radius_m=0.6))) == 1

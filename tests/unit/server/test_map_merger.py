@@ -12,10 +12,11 @@ from mapping.grid import CLEAR, OBSTACLE, classify
 from mapping.scan import LaserScan
 from server.map_merger import MapMerger, Placement, Report
 from server.settings import MergerSettings
+from server.tying import search_window
 from tests.unit.rooms import room, scan_in
 
 ROOM = room()
-SETTINGS = MergerSettings(resolution_m=0.1)
+SETTINGS = MergerSettings(resolution_m=0.1, sight_wait=0)
 SURE = np.diag([1e-4, 1e-4, 1e-5])
 
 
@@ -118,11 +119,10 @@ def test_a_scan_that_contradicts_the_map_is_kept_out_of_it() -> None:
 
 
 def test_the_window_grows_with_what_is_unsure() -> None:
-    merger = MapMerger(SETTINGS)
-    assert merger._window(SURE) is None
-    unsure = merger._window(np.diag([0.04, 0.01, 0.01]))
+    assert search_window(SURE, SETTINGS) is None
+    unsure = search_window(np.diag([0.04, 0.01, 0.01]), SETTINGS)
     assert unsure is not None
-    turned = merger._window(np.diag([1e-4, 1e-4, 0.01]))
+    turned = search_window(np.diag([1e-4, 1e-4, 0.01]), SETTINGS)
     assert turned is not None
 
 
@@ -152,6 +152,39 @@ def test_held_reports_are_taken_in_the_end_even_if_unsure() -> None:
     assert merger.place("b", seen).matched
 
 
+def test_robots_that_saw_each_other_are_tied_by_that_where_walls_tell_nothing() -> None:
+    merger = MapMerger(SETTINGS)
+    blind = LaserScan(np.full(60, 6.0, np.float32), -math.pi, 0.1, 6.0, 1.0)
+    merger.add("a", IDENTITY, 1.0, 0.3)
+    merger.add("b", Pose2(1.5, 0.4, 0.2), 1.0, 0.3)
+    seen_b, seen_a = np.array([[0.8, 0.0]] * 2), np.array([[-0.8, 0.0]] * 2)
+    nothing = np.zeros((0, 4))
+    merger.place("a", Report(blind, IDENTITY, SURE, nothing, None, seen_b))
+    assert merger.place("b", Report(blind, IDENTITY, SURE, nothing, None, seen_a)).matched
+    assert merger.members["b"].T_map_odom.distance_to(Pose2(0.8, 0.0, 0.0)) < 1e-6
+    assert merger.members["b"].T_map_odom.theta == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_map_is_drawn_again_where_the_graph_moved_its_scans() -> None:
+    merger = merger_with_map()
+    assert not merger.settle()
+    before = merger.members["a"].T_map_odom
+    merger.team.tie(0, 1, Pose2(0.5, 0.2, 0.2), np.diag([1e-6, 1e-6, 1e-6]))
+    merger.team.tie(0, 1, Pose2(0.5, 0.2, 0.2), np.diag([1e-6, 1e-6, 1e-6]))
+    merger.team.graph.edges = merger.team.graph.edges[-2:]
+    merger.take_changes()
+    assert merger.settle()
+    assert merger.nodes[1].T_map_base.x == pytest.approx(0.5, abs=0.01)
+    assert merger.members["a"].T_map_odom.distance_to(before) > 0.1
+    assert merger.track("a")[-1, 1] == pytest.approx(0.5, abs=0.01)
+    box, _ = merger.take_changes()
+    assert (box.iy1 - box.iy0, box.ix1 - box.ix0) == merger.geometry.shape
+
+
+def test_a_merger_without_reports_has_nothing_to_settle() -> None:
+    assert not MapMerger(SETTINGS).settle()
+
+
 def test_a_map_never_grows_beyond_its_limit() -> None:
     merger = merger_with_map(largest_cells=400 * 400)
     shape = merger.geometry.shape
@@ -167,9 +200,9 @@ def test_a_beam_without_end_is_not_searched_for() -> None:
     assert merger.place("a", Report(endless, IDENTITY, SURE, np.zeros((0, 4)))).too_far
 
 
-def test_a_correction_that_leads_too_far_is_not_inserted() -> None:
+def test_a_tie_that_leads_too_far_is_not_made() -> None:
     merger = merger_with_map(largest_cells=400 * 400)
-    member = merger.members["a"]
-    told = report(IDENTITY, stamp=2.0)
-    assert merger._insert("a", member, told, Pose2(400.0, 0.0, 0.0)).too_far
+    merger.add("b", Pose2(0.4, 0.2, 0.0), 0.1, 0.05)
+    away = report(Pose2(0.4, 0.2, 0.0), Pose2(500.0, 0.0, 0.0))
+    assert merger.place("b", away).too_far
     assert len(merger.nodes) == 2

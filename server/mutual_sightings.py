@@ -1,0 +1,199 @@
+"""Who saw whom at the start: relative poses of robots that see each other.
+
+Robots begin in view of one another (Simmons et al. 2000, section "Coordinated Mapping"). Each
+turns once on the spot and tells where it saw discs of a teammate's size. Where A sees B and B sees
+A, the two places fix how their local maps lie to each other: B stands where A sees it, and the
+directions in which they see each other differ by half a turn. Who is who follows from what they
+were told: their distance must be the same from both sides, and their headings as told, within the
+errors; with the wrong teammate they come out wrong by a large angle. Of three in a row the outer
+two both see the one between them, and could take it for each other: so each sighting counts once,
+and the team as a whole is explained by as many pairs as can be. A pair that can be explained in
+two ways is left to what the walls tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mapping.geometry import Floats, Pose2, fit_rigid, wrap_angle
+
+# Sightings this close to each other [m] are of the same disc.
+_SAME = 0.15
+# A robot that moved farther than this [m] from where it looked around no longer counts.
+STANDING = 0.1
+# A disc must have been seen so often.
+_SEEN_LEAST = 2
+# More discs than these are no teammates, and with more pairs than these nothing is clear: who sees
+# that much stands among posts, or talks nonsense.
+_DISCS_MOST = 32
+_PAIRS_MOST = 24
+# Error of a sighted place [m], most of it across the line of sight.
+_SIGMA = 0.02
+
+
+@dataclass(slots=True)
+class Lookout:
+    """What one robot saw from where it stood first.
+
+    Attributes:
+        place_odom: where it stood (2,) [m], odom frame.
+        turn_variance: of its heading by now [rad^2], odom frame: without walls it drifts.
+        sums: (k, 3) sums of x, y [m] and number of the sightings of each disc, odom frame.
+    """
+
+    place_odom: Floats
+    turn_variance: float = 0.0
+    sums: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+
+    @property
+    def discs(self) -> Floats:
+        """Where discs were seen often enough, (k, 2) [m], odom frame."""
+        often = self.sums[self.sums[:, 2] >= _SEEN_LEAST]
+        places: Floats = often[:, :2] / often[:, 2:]
+        return places
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """How two local maps lie to each other; each began where its robot stood.
+
+    Attributes:
+        T_a_b: pose of b's odom frame in a's.
+        covariance: (3, 3) of it, in a's frame.
+    """
+
+    T_a_b: Pose2
+    covariance: Floats
+
+
+class MutualSightings:
+    """What all robots saw of each other from where they started."""
+
+    def __init__(self) -> None:
+        self._lookouts: dict[str, Lookout] = {}
+
+    def forget(self, robot: str) -> None:
+        """A robot starts anew."""
+        self._lookouts.pop(robot, None)
+
+    def add(
+        self, robot: str, T_odom_base: Pose2, covariance: Floats, sightings_odom: Floats
+    ) -> None:
+        """Take in what a robot saw.
+
+        Args:
+            robot: its name.
+            T_odom_base: where it is.
+            covariance: (3, 3) of that, odom frame.
+            sightings_odom: (k, 2) [m] where it saw discs.
+        """
+        here = np.array([T_odom_base.x, T_odom_base.y])
+        lookout = self._lookouts.setdefault(robot, Lookout(here))
+        if float(np.hypot(*(here - lookout.place_odom))) > STANDING:
+            return
+        lookout.turn_variance = float(covariance[2, 2])
+        for place in np.asarray(sightings_odom, dtype=np.float64):
+            row = np.array([[place[0], place[1], 1.0]])
+            if len(lookout.sums):
+                means = lookout.sums[:, :2] / lookout.sums[:, 2:]
+                off = np.hypot(means[:, 0] - place[0], means[:, 1] - place[1])
+                k = int(off.argmin())
+                if off[k] <= _SAME:
+                    lookout.sums[k] += row[0]
+                    continue
+            if len(lookout.sums) < _DISCS_MOST:
+                lookout.sums = np.concatenate((lookout.sums, row))
+
+    def relations(
+        self, told: Mapping[str, Pose2], sigma: float, turn_sigma: float
+    ) -> dict[tuple[str, str], Relation]:
+        """Return how local maps lie to each other, for each pair that surely saw each other.
+
+        Args:
+            told: where each robot's local map lies as far as it was told, `T_map_odom` by name.
+            sigma: the largest error between two of them in x and in y [m].
+            turn_sigma: and in heading [rad].
+
+        Returns:
+            By the names (a, b) of a pair, in both orders.
+        """
+        names = sorted(name for name in self._lookouts if name in told)
+        pairs: list[_Pair] = []
+        for k, a in enumerate(names):
+            for b in names[k + 1 :]:
+                T_a_b_told = told[a].inverse() @ told[b]
+                pairs += self._pairs(a, b, T_a_b_told, sigma, turn_sigma)
+        if len(pairs) > _PAIRS_MOST:
+            return {}
+        best = _largest(pairs, frozenset())
+        sure = [pair for pair in pairs if all(pair in choice for choice in best)]
+        found = {}
+        for pair in sure:
+            one, other = self._lookouts[pair.a], self._lookouts[pair.b]
+            turn = 2.0 * (_SIGMA / pair.apart) ** 2 + one.turn_variance + other.turn_variance
+            for near, key, T in (
+                (one, (pair.a, pair.b), pair.T_a_b),
+                (other, (pair.b, pair.a), pair.T_a_b.inverse()),
+            ):
+                place = _SIGMA**2 + pair.apart**2 * near.turn_variance
+                found[key] = Relation(T, np.diag([place, place, turn]))
+        return found
+
+    def _pairs(
+        self, a: str, b: str, T_a_b_told: Pose2, sigma: float, turn_sigma: float
+    ) -> list[_Pair]:
+        """Return all ways in which two robots may have seen each other."""
+        one, other = self._lookouts[a], self._lookouts[b]
+        pairs = []
+        for i, seen_b in enumerate(one.discs):
+            for j, seen_a in enumerate(other.discs):
+                places_a = np.stack((one.place_odom, seen_b))
+                places_b = np.stack((seen_a, other.place_odom))
+                apart = float(np.hypot(*(places_a[1] - places_a[0])))
+                if abs(apart - float(np.hypot(*(places_b[1] - places_b[0])))) > 0.5 * _SAME:
+                    continue
+                T_a_b = fit_rigid(places_a, places_b)
+                reach = sigma + apart * turn_sigma + 0.1
+                if (
+                    apart > _SAME
+                    and abs(wrap_angle(T_a_b.theta - T_a_b_told.theta)) <= turn_sigma + 0.05
+                    and abs(T_a_b.x - T_a_b_told.x) <= reach
+                    and abs(T_a_b.y - T_a_b_told.y) <= reach
+                ):
+                    pairs.append(_Pair(a, i, b, j, T_a_b, apart))
+        return pairs
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """Two robots that may have seen each other: a's disc i is b, and b's disc j is a."""
+
+    a: str
+    i: int
+    b: str
+    j: int
+    T_a_b: Pose2
+    apart: float
+
+    def excludes(self, other: _Pair) -> bool:
+        """Whether both cannot be true: they share a sighting, or the robots."""
+        mine, theirs = (
+            {(self.a, self.i), (self.b, self.j)},
+            {(other.a, other.i), (other.b, other.j)},
+        )
+        return bool(mine & theirs) or (self.a, self.b) == (other.a, other.b)
+
+
+def _largest(pairs: Sequence[_Pair], chosen: frozenset[_Pair]) -> list[frozenset[_Pair]]:
+    """Return all largest sets of pairs that can be true together, `chosen` among them."""
+    if not pairs:
+        return [chosen]
+    first, rest = pairs[0], pairs[1:]
+    found = _largest([p for p in rest if not p.excludes(first)], chosen | {first})
+    if any(pair.excludes(first) for pair in rest):
+        found = found + _largest(rest, chosen)
+    most = max(len(choice) for choice in found)
+    return [choice for choice in found if len(choice) == most]

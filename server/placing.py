@@ -1,0 +1,220 @@
+"""What the central mapper keeps of robots and of their scans."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mapping.geometry import Floats, Pose2, interpolate, pose_from, wrap_angle
+from mapping.motion_model import MotionModel
+from mapping.pose_graph import carried_covariance, turned_covariance
+from mapping.scan import LaserScan
+from protocol.body import Drive
+
+# No robot knows its way from one report to the next better than this [m], [rad].
+_LEAST = np.diag([0.01**2, 0.01**2, 0.005**2])
+# No variance is larger [m^2], [rad^2].
+_MOST = 1e6
+# The wheels contradict a robot's corrected way beyond this squared error (three dimensions).
+_WHEELS_CONTRADICT = 12.0
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """One scan of a robot as it told it.
+
+    Attributes:
+        scan: the scan, without beams that hit teammates.
+        T_odom_base: the robot's locally corrected pose.
+        covariance: (3, 3) of it relative to the robot's own map around it, odom frame.
+        track_odom: (n, 4) stamp, x, y, theta since the report before, odom frame.
+        T_wheel_base: where the wheels alone put the robot, in a frame of their own; None untold.
+        sightings_odom: (k, 2) [m] where it saw discs of a teammate's size, odom frame.
+    """
+
+    scan: LaserScan
+    T_odom_base: Pose2
+    covariance: Floats
+    track_odom: Floats
+    T_wheel_base: Pose2 | None = None
+    sightings_odom: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A scan in the team's map: a vertex of the pose graph.
+
+    Attributes:
+        robot: who took it.
+        scan: the scan.
+        T_map_base: where.
+        T_odom_base: where by the robot's own estimate, in its local map.
+        covariance: (3, 3) of the match that placed it, map frame.
+        own_covariance: (3, 3) of `T_odom_base` in the robot's own map, odom frame.
+        life: which life of the robot's process, from 0; each has a local map of its own.
+        track_odom: (n, 4) stamp, x, y, theta since the node before, odom frame.
+    """
+
+    robot: str
+    scan: LaserScan
+    T_map_base: Pose2
+    T_odom_base: Pose2
+    covariance: Floats
+    own_covariance: Floats
+    life: int = 0
+    track_odom: Floats = field(default_factory=lambda: np.zeros((0, 4)))
+
+    @property
+    def T_map_odom(self) -> Pose2:  # noqa: N802
+        """Where the robot's local map lay in the team's by this scan."""
+        return self.T_map_base @ self.T_odom_base.inverse()
+
+
+@dataclass(slots=True)
+class Member:
+    """What the merger knows of one robot.
+
+    Attributes:
+        T_map_odom: where its local map lies in the team's.
+        covariance: (3, 3) of the robot's pose in the team's map, map frame.
+        told: largest errors of the start it was told [m], [rad].
+        motion: how wrong its wheels are.
+        aligned: whether a scan of it was ever matched (or defined the frame).
+        held: reports that wait for the alignment.
+        last: the report that was placed last.
+        untold: tracks of reports since then, which contradicted the map.
+        unmatched: reports in a row that contradicted the map.
+        placed: reports placed so far.
+        life: which life of the robot's process this is, from 0.
+    """
+
+    T_map_odom: Pose2
+    covariance: Floats
+    told: tuple[float, float] = (0.0, 0.0)
+    motion: MotionModel = field(default_factory=MotionModel)
+    aligned: bool = False
+    held: list[Report] = field(default_factory=list)
+    last: Report | None = None
+    untold: list[Floats] = field(default_factory=list)
+    unmatched: int = 0
+    placed: int = 0
+    life: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """Outcome of placing a report.
+
+    Attributes:
+        matched: whether it agrees with the team's map.
+        moved: correction of the robot's place by this report [m].
+        too_far: whether it was refused because the map would have grown beyond all reason.
+        redrawn: whether the whole map was put right on that occasion.
+    """
+
+    matched: bool
+    moved: float
+    too_far: bool = False
+    redrawn: bool = False
+
+
+TOO_FAR = Placement(matched=False, moved=0.0, too_far=True)
+
+
+def motion_of(drive: Drive) -> MotionModel:
+    """Return how wrong the wheels of a robot are, by what it told of its drive."""
+    return MotionModel(
+        distance_sigma=max(drive.noise_distance, 0.005),
+        drift_sigma=max(math.radians(drive.noise_heading_deg_m), 0.002),
+        rotation_sigma=max(drive.noise_turn, 0.005),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A robot's own word on how it got from one report to the next.
+
+    Attributes:
+        T_last_base: the new pose in the one before.
+        covariance: (3, 3) of it, in the frame of the new pose.
+    """
+
+    T_last_base: Pose2
+    covariance: Floats
+
+
+def way_between(last: Report, report: Report, track_odom: Floats, motion: MotionModel) -> Way:
+    """Return what a robot tells of its way from one report to the next.
+
+    Its word is at least as good as its wheels. Where its own map told it more, its covariance
+    stopped growing; where it came back to a part of its map it knew better, its pose moved by an
+    error as large as its uncertainty before. With P before and after, A = F P F' the old one
+    carried along, Q what the wheels add, and K = 1 - P (A + Q)^-1 the gain, the error of the way
+    is P - A + K A + A K'. If it moved so far that the wheels contradict, it closed a loop in its
+    own map; then the wheels' word stands, and the loop is closed here, all along the way.
+
+    Args:
+        last: the report before.
+        report: the new one.
+        track_odom: (n, 4) stamp, x, y, theta since the report before, the new pose last.
+        motion: how wrong the robot's wheels are.
+
+    Source: the Kalman filter's errors before and after an update, subtracted (Kalman 1960).
+    """
+    before, after = _sane(last.covariance), _sane(report.covariance)
+    pose, wheels = last.T_odom_base, np.zeros((3, 3))
+    stops = [pose_from(row[1:]) for row in track_odom] or [report.T_odom_base]
+    for stop in stops:
+        pose, wheels = motion.propagate(pose, wheels, pose.inverse() @ stop)
+    start, end = last.T_odom_base, report.T_odom_base
+    T_last_base = start.inverse() @ end
+    if last.T_wheel_base is not None and report.T_wheel_base is not None:
+        T_wheels = last.T_wheel_base.inverse() @ report.T_wheel_base
+        error = (T_wheels.inverse() @ T_last_base).as_array()
+        allowed = turned_covariance(wheels, end.theta) + _LEAST
+        if float(error @ np.linalg.solve(allowed, error)) > _WHEELS_CONTRADICT:
+            return Way(T_wheels, allowed)
+    carried = carried_covariance(before, end.x - start.x, end.y - start.y)
+    kept = np.linalg.solve(carried + wheels + 1e-9 * np.eye(3), after).T
+    lost = (np.eye(3) - kept) @ carried
+    grown = after - carried + lost + lost.T
+    strengths, directions = np.linalg.eigh(0.5 * (grown + grown.T))
+    grown = (directions * np.maximum(strengths, 0.0)) @ directions.T
+    return Way(T_last_base, turned_covariance(grown, end.theta) + _LEAST)
+
+
+def _sane(covariance: Floats) -> Floats:
+    """Return what a robot tells as a covariance (3, 3), made one, no larger than the world."""
+    strengths, directions = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    sane: Floats = (directions * strengths.clip(0.0, _MOST)) @ directions.T
+    return sane
+
+
+def corrected_track(track_odom: Floats, T_map_odom_before: Pose2, T_map_odom: Pose2) -> Floats:
+    """Return poses (n, 4) stamp, x, y, theta in the map frame; the correction grows along the way.
+
+    Args:
+        track_odom: (n, 4) the same in the odom frame.
+        T_map_odom_before: where the local map lay at the start of the track.
+        T_map_odom: and at its end.
+    """
+    corrected = np.empty_like(track_odom)
+    for k, (stamp, x, y, theta) in enumerate(track_odom.tolist()):
+        T_blend = interpolate(T_map_odom_before, T_map_odom, (k + 1) / len(track_odom))
+        pose = T_blend @ Pose2(x, y, theta)
+        corrected[k] = stamp, pose.x, pose.y, wrap_angle(pose.theta)
+    return corrected
+
+
+def node_tracks(nodes: Iterable[Node]) -> list[Floats]:
+    """Return the corrected poses up to each node of one robot, as `corrected_track` does."""
+    tracks: list[Floats] = []
+    before: Node | None = None
+    for node in nodes:
+        start = node if before is None or before.life != node.life else before
+        tracks.append(corrected_track(node.track_odom, start.T_map_odom, node.T_map_odom))
+        before = node
+    return tracks

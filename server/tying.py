@@ -1,0 +1,96 @@
+"""Whether and where scans fit the team's map, and robots with it that are not tied to it yet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from mapping.correlative_search import SearchWindow
+from mapping.geometry import Floats
+from mapping.match_map import MatchMap
+from mapping.pose_graph import turned_covariance
+from mapping.scan_matching import MatchResult, match
+from mapping.scan_points import scan_points, turned_points
+from server.mutual_sightings import MutualSightings, Relation
+from server.placing import Member, Report
+from server.settings import MergerSettings
+
+_HELD_TOGETHER = 6  # reports that are matched together
+
+
+def match_held(map_: MatchMap, member: Member, report: Report, seen: bool) -> MatchResult:
+    """Match the last reports of a robot with the team's map, all together.
+
+    Args:
+        map_: the team's map.
+        member: the robot.
+        report: the last of them.
+        seen: whether teammates told its place.
+    """
+    sigma = math.sqrt(max(member.covariance[0, 0], member.covariance[1, 1]))
+    turn_sigma = math.sqrt(member.covariance[2, 2])
+    # Starts are told with uniform errors: one sigma of them is their largest.
+    sigmas = 3.0 if seen else 1.25
+    window = SearchWindow(sigmas * sigma + 0.1, sigmas * turn_sigma + 0.02)
+    T_base_odom = report.T_odom_base.inverse()
+    points = [
+        turned_points(scan_points(held.scan), T_base_odom @ held.T_odom_base)
+        for held in member.held[-_HELD_TOGETHER:]
+    ]
+    return match(
+        map_.grid,
+        map_.surfaces,
+        np.concatenate(points),
+        member.T_map_odom @ report.T_odom_base,
+        member.covariance,
+        map_.settings.matching,
+        window,
+    )
+
+
+def seen_by_others(
+    name: str, members: Mapping[str, Member], sightings: MutualSightings
+) -> Relation | None:
+    """Return where a robot's local map lies in the team's by what robots saw of each other."""
+    told = {other: member.T_map_odom for other, member in members.items()}
+    sigma = max(member.told[0] for member in members.values())
+    turn_sigma = max(member.told[1] for member in members.values())
+    # One frame was turned by its own error; so the offset's error may be longer than two.
+    relations = sightings.relations(told, 3.0 * sigma, 2.0 * turn_sigma)
+    best = None
+    for other, known in members.items():
+        relation = relations.get((other, name))
+        if relation is None or not known.aligned:
+            continue
+        T_map_odom = known.T_map_odom @ relation.T_a_b
+        covariance = turned_covariance(relation.covariance, -known.T_map_odom.theta)
+        if best is None or covariance[2, 2] < best.covariance[2, 2]:
+            best = Relation(T_map_odom, covariance)
+    return best
+
+
+def aligns(result: MatchResult, held: int, settings: MergerSettings) -> bool:
+    """Whether a match is good enough to tie a robot to the team's map."""
+    if result.explained < settings.align_points or result.fit < settings.align_fit:
+        return False
+    sigma = math.sqrt(np.linalg.eigvalsh(result.covariance[:2, :2])[-1])
+    sure = sigma <= settings.align_sigma_m and result.covariance[2, 2] <= (
+        math.radians(settings.align_sigma_deg) ** 2
+    )
+    return bool(sure) or held >= settings.hold_most
+
+
+def search_window(prior: Floats, settings: MergerSettings) -> SearchWindow | None:
+    """Return the window to search, or None where the guess is good."""
+    sigma = math.sqrt(max(prior[0, 0], prior[1, 1]))
+    turn_sigma = math.sqrt(prior[2, 2])
+    if sigma < settings.search_sigma_m and turn_sigma < math.radians(3.0):
+        return None
+    return SearchWindow(min(3.0 * sigma, 1.5), min(3.0 * turn_sigma, 0.5))
+
+
+def contradicts(result: MatchResult, settings: MergerSettings) -> bool:
+    """Whether enough end points fall where the map is known, and too few of them at walls."""
+    return result.known >= settings.known_least and result.fit < settings.fit_least
