@@ -45,6 +45,8 @@ __all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
 # A submap holds few scans, so the pieces of wall that its surfels stand for are longer [cells].
 _SUBMAP_FIT = 6
 
+_WIDEST = SearchWindow()  # where a robot is looked for whose reports contradict the map
+
 
 class MapMerger:
     """Builds the team's map.
@@ -139,7 +141,7 @@ class MapMerger:
         way = way_between(member.last, report, track, member.motion)
         guess = member.T_map_odom @ member.last.T_odom_base @ way.T_last_base
         prior = self._prior(member, guess, way)
-        result = self._match(report, guess, prior)
+        result = self._match(report, guess, prior, member.unmatched)
         stray = contradicts(result, self.settings)
         T_map_base = guess
         if not stray:
@@ -166,12 +168,18 @@ class MapMerger:
         """Whether the map stays within its limits with a report at a pose."""
         return holds(self.geometry, self.settings.largest_cells, report.scan, T_map_base)
 
-    def _match(self, report: Report, guess: Pose2, prior: Floats) -> MatchResult:
-        """Match a report with the team's map, in a wide window if it contradicts the map."""
+    def _match(self, report: Report, guess: Pose2, prior: Floats, unmatched: int) -> MatchResult:
+        """Match a report with the team's map, in a wider window if it contradicts the map.
+
+        The window grows with every report in a row that does: a robot does not leap, and somewhere
+        within a metre there is nearly always a place that looks alike.
+        """
         result = self.map.match(report.scan, guess, prior, search_window(prior, self.settings))
         if contradicts(result, self.settings):
             wide = self.settings.wide_scale * prior + np.diag([0.04, 0.04, 0.01])
-            result = self.map.match(report.scan, guess, wide, SearchWindow())
+            share = min(0.25 * (1 + unmatched), 1.0)
+            window = SearchWindow(share * _WIDEST.reach, share * _WIDEST.turn)
+            result = self.map.match(report.scan, guess, wide, window)
         return result
 
     def _tie(self, name: str, member: Member, report: Report) -> Placement:

@@ -48,18 +48,18 @@ class LoopSettings(_Settings):
     points: Annotated[int, Field(ge=3)] = 12
     fit_least: float = 0.75
     fit_at_once: float = 0.8
-    compared: Annotated[int, Field(ge=0)] = 4
-    again_m: Positive = 0.3
+    compared: Annotated[int, Field(ge=0)] = 3
+    again_m: Positive = 0.5
     again_most: Annotated[int, Field(ge=1)] = 200
     search_from_m: Positive = 0.1
     window_m: Positive = 2.0
     window_deg: Positive = 20.0
     gate: Positive = 16.0
     settle_above: Positive = 12.0
-    settle_every: Annotated[int, Field(ge=1)] = 8
-    settle_share: NotNegative = 0.1
-    redraw_m: Positive = 0.05
-    redraw_deg: Positive = 0.5
+    settle_every: Annotated[int, Field(ge=1)] = 12
+    settle_share: NotNegative = 0.3
+    redraw_m: Positive = 0.08
+    redraw_deg: Positive = 0.7
 
 
 class MergerSettings(_Settings):
@@ -72,7 +72,6 @@ class MergerSettings(_Settings):
     `align_points` end points at walls, a share of `align_fit`, and an uncertainty of no more than
     `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails. For
     so many reports as `sight_wait` it only looks around: who sees whom is clear when all have.
-    `align_sigma_m` and `align_sigma_deg`; or after `hold_most` reports if only the last fails.
 
     A report that would make the map larger than `largest_cells` is refused: a robot whose pose is
     nonsense must not cost the team its server.

@@ -43,19 +43,32 @@ class Submap:
         self.map = MatchMap(settings)
         self._walls: cKDTree | None = None
         self._tree_scans = -1
+        self._radius = 0.0
 
     def insert(self, scan: LaserScan, T_anchor_base: Pose2 = IDENTITY) -> None:
         """Insert a scan at its pose in the anchor's frame."""
         self.map.insert(scan, T_anchor_base)
 
+    @property
+    def radius(self) -> float:
+        """How far from the anchor its walls reach [m]."""
+        self._refresh()
+        return self._radius
+
     def near_walls(self, points_anchor: Floats, reach: float) -> int:
         """Return how many of the points (N, 2) lie within `reach` [m] of a wall, anchor frame."""
-        surfaces = self.map.surfaces
-        if self._tree_scans != self.map.scans:
-            walls = surfaces.surfels[: surfaces.count, :2][surfaces.occupied[: surfaces.count]]
-            self._walls = cKDTree(walls) if len(walls) else None
-            self._tree_scans = self.map.scans
+        self._refresh()
         if self._walls is None or not len(points_anchor):
             return 0
         distances, _ = self._walls.query(points_anchor, distance_upper_bound=reach)
         return int(np.isfinite(distances).sum())
+
+    def _refresh(self) -> None:
+        """Look the walls up anew where scans have come in since."""
+        if self._tree_scans == self.map.scans:
+            return
+        surfaces = self.map.surfaces
+        walls = surfaces.surfels[: surfaces.count, :2][surfaces.occupied[: surfaces.count]]
+        self._walls = cKDTree(walls) if len(walls) else None
+        self._radius = float(np.hypot(*walls.T).max(initial=0.0))
+        self._tree_scans = self.map.scans

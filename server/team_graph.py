@@ -177,13 +177,15 @@ class TeamGraph:
         """
         chain, settings = self.chains[robot], self.settings
         points_base = scan.points_base()
+        farthest = float(np.hypot(*points_base.T).max(initial=0.0))
         own, driven = self._carried(chain, T_map_base, way)
         around = []
         for submap in self.submaps:
             if submap is chain.submap:
                 continue
             T_map_anchor = self.graph.pose(submap.anchor)
-            if T_map_anchor.distance_to(T_map_base) > 3.0 * scan.range_max:
+            away = T_map_anchor.distance_to(T_map_base)
+            if away > submap.radius + farthest + settings.window_m:
                 continue
             last = chain.compared.get(submap.anchor)
             if last is not None and not self._moved(last, T_map_base):
@@ -194,6 +196,8 @@ class TeamGraph:
             seen = submap.near_walls(guess.apply(points_base), reach)
             if seen >= settings.points:
                 around.append((seen, submap, guess, prior))
+            else:
+                chain.compared[submap.anchor] = T_map_base
         around.sort(key=lambda row: (-row[0], row[1].anchor))
         found = []
         for _, submap, guess, prior in around[: settings.compared]:
@@ -270,7 +274,8 @@ class TeamGraph:
             self.chains.values(), covariances[len(self.submaps) :], strict=True
         ):
             chain.covariance = covariance
-            chain.compared = {}
+            if moved[0] > self.settings.redraw_m:
+                chain.compared = {}
         return moved
 
     def _connect(self, submap: Submap, node: int, match: Match) -> Edge:
