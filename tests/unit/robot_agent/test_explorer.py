@@ -145,7 +145,7 @@ def test_nothing_is_expected_behind_a_gap_too_narrow_for_the_body() -> None:
 
 def two_ends() -> Explorer:
     """A corridor along x, open at x = 2 and, through a wide gap in its left end, at x = -1."""
-    explorer, planning_map = explorer_in(hall(), route_worth=0.2)
+    explorer, planning_map = explorer_in(hall(), route_worth=0.2, route_apart_m=0.5)
     opened = MapDelta(
         number=3,
         resolution_m=RESOLUTION,
