@@ -23,6 +23,8 @@ class LoopSettings(_Settings):
         submap_scans: holds this many scans,
         submap_sigma_m: and ends when the way since its anchor is less sure than this,
         submap_sigma_deg: or this.
+        enough: a submap is not kept when there are so many others whose anchors lie within
+        enough_within_m: of its own.
         points: a scan must have this many end points at a submap's walls,
         fit_least: and this share of those that fall where the submap is known.
         fit_at_once: with a smaller share it is looked for in the whole window.
@@ -45,6 +47,8 @@ class LoopSettings(_Settings):
     submap_scans: Annotated[int, Field(ge=2)] = 30
     submap_sigma_m: Positive = 0.06
     submap_sigma_deg: Positive = 1.0
+    enough: Annotated[int, Field(ge=1)] = 4
+    enough_within_m: NotNegative = 2.0
     points: Annotated[int, Field(ge=3)] = 12
     fit_least: float = 0.75
     fit_at_once: float = 0.8

@@ -150,9 +150,26 @@ class TeamGraph:
             chain.submap.insert(scan)
             chain.T_anchor_base = IDENTITY
             chain.compared[submap.anchor] = T_map_base
+            self._finish(submap)
             return
         submap.insert(scan, guess)
         chain.T_anchor_base = guess
+
+    def _finish(self, submap: Submap) -> None:
+        """Keep a submap that has ended, unless its place is known well from enough others.
+
+        So what a team keeps grows with the building, and not with how often robots pass by.
+        """
+        settings, T_map_anchor = self.settings, self.graph.pose(submap.anchor)
+        near = sum(
+            self.graph.pose(other.anchor).distance_to(T_map_anchor) <= settings.enough_within_m
+            for other in self.submaps
+            if other is not submap
+        )
+        if near >= settings.enough:
+            self.submaps.remove(submap)
+        else:
+            submap.finish()
 
     def _new_submap(self, robot: str, node: int, covariance: Floats, driven: Floats) -> Submap:
         submap = Submap(robot, node, covariance, driven, self._map_settings)

@@ -51,6 +51,18 @@ def test_a_submap_ends(settings: dict[str, float]) -> None:
     graph = team(**settings)
     assert len(graph.submaps) > 1
     assert graph.chains["a"].submap is graph.submaps[-1]
+    finished = graph.submaps[0]
+    assert finished.map.surfaces.owned.size == 0
+    found = finished.map.match(scan_in(ROOM, IDENTITY), IDENTITY, LOOSE)
+    assert found.fit > 0.9  # it can still be compared with
+
+
+def test_a_place_that_enough_submaps_show_needs_no_more() -> None:
+    kept = team(submap_scans=2, enough=1)
+    assert len(kept.submaps) < len(team(submap_scans=2).submaps)
+    assert kept.chains["a"].submap is kept.submaps[-1]
+    kept.settle()
+    assert len(kept.graph) == 3
 
 
 def test_a_loop_closes_and_moves_the_robot_that_was_wrong() -> None:
