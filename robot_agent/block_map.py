@@ -6,7 +6,6 @@ anew.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -63,9 +62,7 @@ class BlockMap:
         for box in self._changed:
             if self._weight_of_byte is not None:
                 self.gains.fine_weight[box.slices] = self._counts(box)
-            around = box.dilated(
-                math.ceil(self._map.clearance_least / geometry.resolution), geometry
-            )
+            around = box.dilated(self._map.body_cells, geometry)
             self.gains.fine[around.slices] = self._roomy(around)
             refresh_classes(self.gains, around)
             around = box.dilated(self._map.reach, geometry)

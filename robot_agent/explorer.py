@@ -5,7 +5,6 @@ Source: Simmons et al. 2000, section "Constructing Bids".
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -43,7 +42,6 @@ class Explorer:
         self._cache = GainCache(
             min(body.lidar.range_max_m, settings.gain_range_m) / self._geometry.resolution
         )
-        self._margin = math.ceil(body.radius_m / self._geometry.resolution) + 1
         self._changed: list[CellBox] = []
         self._blocks = BlockMap(
             planning_map, settings.coarsening, BLOCK, settings.weigh_by_probability
@@ -60,8 +58,9 @@ class Explorer:
             self._cache.forget()
             self._changed.clear()
         else:
-            # Clearance changes up to a body's radius around.
-            self._changed += [box.dilated(self._margin, self._geometry) for box in boxes]
+            # Whether the body fits changes around, too.
+            around = self._map.body_cells
+            self._changed += [box.dilated(around, self._geometry) for box in boxes]
             self._blocks.changed(boxes)
 
     def bid(self, T_map_base: Pose2, others: Floats, idle: bool, now: float) -> Bid | None:

@@ -6,6 +6,8 @@ The server sends the whole map once and then numbered changes. Each change bring
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -132,6 +134,11 @@ class PlanningMap:
         """The least clearance [m] at which the body fits onto a cell."""
         # Clearance is to the middle of an obstacle's cell, whose edge is half a cell nearer.
         return self._body_radius + 0.5 * self.geometry.resolution - _ROUNDING
+
+    @property
+    def body_cells(self) -> int:
+        """How far from an obstacle it decides whether the body fits onto a cell [cells]."""
+        return math.ceil(self.clearance_least / self.geometry.resolution)
 
     def clearance_at(self, x: float, y: float) -> float:
         """Return the distance [m] from (x, y) to the nearest obstacle cell, 0 off the map."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from mapping.coarse_weights import coarsen_weights, refresh_weights
+from mapping.coarse_weights import refresh_weights
 from mapping.frontier_tour import ways_between
 from mapping.geometry import Floats, Pose2
 from mapping.grid import CellBox, Cells
@@ -32,7 +32,7 @@ class Ways:
         planning_map: PlanningMap,
         T_map_base: Pose2,
         body_radius: float,
-        block_weights: npt.NDArray[np.uint8] | None = None,
+        block_weights: npt.NDArray[np.uint8],
     ) -> None:
         """Let the wave run from where the robot is.
 
@@ -40,8 +40,8 @@ class Ways:
             planning_map: the robot's map.
             T_map_base: where it is, map frame.
             body_radius: of the robot [m].
-            block_weights: (rows, cols) uint8, the map's weights in blocks of `BLOCK` cells where
-                somebody keeps them; else they are made here.
+            block_weights: (rows, cols) uint8, the map's weights in blocks of `BLOCK` cells; not
+                changed.
         """
         geometry = planning_map.geometry
         self._corner = np.array([geometry.origin_x, geometry.origin_y])
@@ -60,8 +60,6 @@ class Ways:
                 _ESCAPE,
                 body_radius,
             )
-        if block_weights is None:
-            block_weights = coarsen_weights(planning_map.weights, BLOCK)
         if weights is not planning_map.weights:
             block_weights = block_weights.copy()
             opened = CellBox(*start, start[0] + 1, start[1] + 1)
