@@ -14,18 +14,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import SuperLU, splu
 
 from mapping.geometry import Floats, Pose2, pose_from
+from mapping.normal_equations import HELD, NormalEquations
 
 # A robust edge whose error exceeds this many standard deviations counts less.
 _ROBUST_FROM = 3.0
 # The last steps are taken with redescending weights.
 _LAST_STEPS = 4
-# How firmly the first node is held: it is the gauge of all others.
-_HELD = 1e9
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,11 +101,11 @@ class PoseGraph:
         if not self.edges:
             return 0.0, 0.0
         before = self.poses.copy()
-        table = _Table(self.edges)
+        system = self._system()
         for power, steps in ((1, iterations), (2, _LAST_STEPS)):
             for _ in range(steps):
-                factor, gradient = self._factor(table, power)
-                step = -factor.solve(gradient).reshape(-1, 3)
+                system.fill(self.poses, _ROBUST_FROM, power)
+                step = system.step()
                 self.poses[:] += step
                 if float(np.abs(step).max()) < tolerance:
                     break
@@ -119,93 +115,21 @@ class PoseGraph:
 
     def covariances(self, nodes: list[int]) -> Floats:
         """Return the covariance (n, 3, 3) of each of `nodes` against the first node, map frame."""
-        if not self.edges or not nodes:
-            return np.tile(np.eye(3) / _HELD, (len(nodes), 1, 1))
-        factor, _ = self._factor(_Table(self.edges), 2)
-        columns = np.zeros((3 * self._count, 3 * len(nodes)))
-        for k, node in enumerate(nodes):
-            columns[3 * node : 3 * node + 3, 3 * k : 3 * k + 3] = np.eye(3)
-        solved = factor.solve(columns)
-        return np.stack([solved[3 * n : 3 * n + 3, 3 * k : 3 * k + 3] for k, n in enumerate(nodes)])
+        if not self.edges:
+            return np.tile(np.eye(3) / HELD, (len(nodes), 1, 1))
+        system = self._system()
+        system.fill(self.poses, _ROBUST_FROM, 2)
+        return system.covariances(nodes)
 
-    def _factor(self, table: _Table, power: int) -> tuple[SuperLU, Floats]:
-        """Return the factored normal matrix at the poses as they are, and the gradient (3 N,).
-
-        Args:
-            table: all edges.
-            power: 1 for bounded, 2 for redescending forces of robust edges.
-        """
-        errors, by_i, by_j = table.linearised(self.poses)
-        weighed = table.weighed(errors, power)
-        gradient = np.zeros((self._count, 3))
-        rows, cols, values = [], [], []
-        ends = ((table.i, by_i), (table.j, by_j))
-        for first, jacobian in ends:
-            pulled = np.einsum("eki,ekl->eil", jacobian, weighed)
-            pull = np.einsum("eil,el->ei", pulled, errors)
-            for axis in range(3):
-                gradient[:, axis] += np.bincount(first, pull[:, axis], self._count)
-            for second, other in ends:
-                block = np.einsum("eil,elj->eij", pulled, other)
-                row, col = np.broadcast_arrays(
-                    3 * first[:, None, None] + np.arange(3)[None, :, None],
-                    3 * second[:, None, None] + np.arange(3)[None, None, :],
-                )
-                rows.append(row.ravel())
-                cols.append(col.ravel())
-                values.append(block.ravel())
-        size = 3 * self._count
-        diagonal = np.arange(size)
-        rows.append(diagonal)
-        cols.append(diagonal)
-        values.append(np.where(diagonal < 3, _HELD, 1e-9))
-        gradient[0] = 0.0
-        places = (np.concatenate(rows), np.concatenate(cols))
-        matrix = csc_matrix((np.concatenate(values), places), shape=(size, size))
-        return splu(matrix), gradient.ravel()
-
-
-class _Table:
-    """Edges as arrays."""
-
-    def __init__(self, edges: list[Edge]) -> None:
-        self.i: npt.NDArray[np.intp] = np.array([edge.i for edge in edges], dtype=np.intp)
-        self.j: npt.NDArray[np.intp] = np.array([edge.j for edge in edges], dtype=np.intp)
-        self.measured: Floats = np.array([edge.T_i_j.as_array() for edge in edges])
-        self.information: Floats = np.array([edge.information for edge in edges])
-        self.robust: npt.NDArray[np.bool_] = np.array([edge.robust for edge in edges])
-
-    def linearised(self, poses: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return errors (E, 3) and their derivatives (E, 3, 3) by the poses of i and of j.
-
-        Source: Grisetti et al. 2010, equations 30 to 32.
-        """
-        a, b, z = poses[self.i], poses[self.j], self.measured
-        dx, dy = b[:, 0] - a[:, 0], b[:, 1] - a[:, 1]
-        ca, sa = np.cos(a[:, 2]), np.sin(a[:, 2])
-        cz, sz = np.cos(z[:, 2]), np.sin(z[:, 2])
-        # The offset in the frame of i, and then, less what was measured, in that of j as measured.
-        ox, oy = ca * dx + sa * dy - z[:, 0], -sa * dx + ca * dy - z[:, 1]
-        errors = np.column_stack(
-            (cz * ox + sz * oy, -sz * ox + cz * oy, _wrapped(b[:, 2] - a[:, 2] - z[:, 2]))
+    def _system(self) -> NormalEquations:
+        """Return the system of all edges, not filled in yet."""
+        return NormalEquations(
+            self._count,
+            np.array([(edge.i, edge.j) for edge in self.edges], dtype=np.int64),
+            np.array([edge.T_i_j.as_array() for edge in self.edges]),
+            np.array([edge.information for edge in self.edges]),
+            np.array([edge.robust for edge in self.edges]),
         )
-        c, s = np.cos(a[:, 2] + z[:, 2]), np.sin(a[:, 2] + z[:, 2])
-        by_j = np.zeros((len(z), 3, 3))
-        by_j[:, 0, 0], by_j[:, 0, 1] = c, s
-        by_j[:, 1, 0], by_j[:, 1, 1] = -s, c
-        by_j[:, 2, 2] = 1.0
-        by_i = -by_j
-        turned_x, turned_y = -sa * dx + ca * dy, -ca * dx - sa * dy
-        by_i[:, 0, 2] = cz * turned_x + sz * turned_y
-        by_i[:, 1, 2] = -sz * turned_x + cz * turned_y
-        return errors, by_i, by_j
-
-    def weighed(self, errors: Floats, power: int) -> Floats:
-        """Return the information (E, 3, 3), less where a robust edge is far off; see `_factor`."""
-        squared = np.einsum("ei,eij,ej->e", errors, self.information, errors)
-        size = np.sqrt(np.maximum(squared, 1e-12))
-        weights = np.where(self.robust, np.minimum(1.0, (_ROBUST_FROM / size) ** power), 1.0)
-        return self.information * weights[:, None, None]
 
 
 def turned_covariance(covariance: Floats, angle: float) -> Floats:
