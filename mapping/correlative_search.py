@@ -19,9 +19,8 @@ import numpy.typing as npt
 from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2, pose_from
 from mapping.grid import CellBox, OccupancyGrid
-from mapping.surface_map import FAR, LAYERS, SurfaceMap, layer_of
-
-Scores = npt.NDArray[np.uint8]
+from mapping.search_image import Scores, SearchSettings, cut_image
+from mapping.surface_map import SurfaceMap, layer_of
 
 # Edge of a block of translations [cells]: a power of two, for the running maximum by doubling.
 BLOCK = 8
@@ -44,76 +43,6 @@ class SearchWindow:
     reach: float = 1.0
     turn: float = math.radians(20.0)
     turn_step: float = math.radians(0.75)
-
-
-@dataclass(frozen=True, slots=True)
-class SearchSettings:
-    """How the search scores an end point.
-
-    Attributes:
-        sigma: width of the walls in the score [m]; wider than for fine matching, as the lattice
-            never meets the true pose.
-        outlier: weight of end points in free space.
-        unknown: weight of end points where nothing is known: neither for nor against.
-        known_above: a cell is known where its log-odds exceed this in size.
-        beams: at most this many end points are used, evenly spread.
-        candidates: how many separate maxima to return.
-    """
-
-    sigma: float = 0.08
-    outlier: float = 0.05
-    unknown: float = 0.3
-    known_above: float = 0.3
-    beams: int = 180
-    candidates: int = 3
-
-
-def score_image(
-    log_odds: npt.NDArray[np.float32],
-    squared: npt.NDArray[np.uint8],
-    resolution: float,
-    settings: SearchSettings,
-) -> tuple[Scores, float]:
-    """Return the score of an end point per layer and cell, and what one unit of it is worth.
-
-    Args:
-        log_odds: (rows, cols), what is known.
-        squared: (2, rows, cols), squared distances to the walls of each layer [cells^2].
-        resolution: edge of a cell [m].
-        settings: how end points score.
-
-    Returns:
-        image: (2, rows, cols) uint8.
-        unit: log-likelihood of one unit of the image.
-    """
-    unit = -math.log(settings.outlier) / 255.0
-    near = np.exp(-0.5 * np.arange(256) * (resolution / settings.sigma) ** 2)
-    likelihood = (1.0 - settings.outlier) * near + settings.outlier
-    likelihood[255] = settings.outlier
-    table = np.round(255.0 + np.log(likelihood) / unit).clip(0, 255).astype(np.uint8)
-    neutral = round(255.0 + math.log(settings.unknown) / unit)
-    image = np.empty(squared.shape, dtype=np.uint8)
-    _paint(log_odds, squared, table, neutral, settings.known_above, image)
-    return image, unit
-
-
-@compiled
-def _paint(
-    log_odds: npt.NDArray[np.float32],
-    squared: npt.NDArray[np.uint8],
-    table: Scores,
-    neutral: int,
-    known_above: float,
-    image: Scores,
-) -> None:
-    """Score each cell by its distance to walls; far from walls by whether it is known."""
-    for layer in range(image.shape[0]):
-        for iy in range(image.shape[1]):
-            for ix in range(image.shape[2]):
-                value = table[squared[layer, iy, ix]]
-                if abs(log_odds[iy, ix]) <= known_above and value < neutral:
-                    value = np.uint8(neutral)
-                image[layer, iy, ix] = value
 
 
 def search(
@@ -145,54 +74,38 @@ def search(
     farthest = float(np.hypot(points[:, 0], points[:, 1]).max())
     half = math.ceil(farthest / resolution) + steps + 2 * BLOCK + 2
     iy, ix = grid.geometry.cell_at(T_map_guess.x, T_map_guess.y)
-    image, unit = _cut(
+    image, unit = cut_image(
         grid, surfaces, CellBox(iy - half, ix - half, iy + half, ix + half), settings
     )
     corner = grid.geometry.centre_of(iy - half, ix - half)
+    guess = (T_map_guess.x, T_map_guess.y, T_map_guess.theta)
+    turning = (math.ceil(window.turn / window.turn_step), window.turn_step)
+    lattice = (corner[0] - 0.5 * resolution, corner[1] - 0.5 * resolution, resolution)
+    cells = _project(points, guess, lattice, *turning)
+    per_axis = (2 * steps + BLOCK) // BLOCK
+    worth = unit * beam_weight * len(points_base) / len(points)
+    if cells.size * (2 * steps + 1) ** 2 < settings.bounded_from * image.size:
+        bounds = np.full(len(cells) * per_axis**2, math.inf)
+    else:
+        coarse = running_maximum(image, BLOCK)
+        bounds = _bounds(
+            coarse, cells, steps, per_axis, resolution, turning, prior_information, worth
+        )
     found = np.empty((settings.candidates, 4))
     count = _search(
-        image,
-        points,
-        (T_map_guess.x, T_map_guess.y, T_map_guess.theta),
-        (corner[0] - 0.5 * resolution, corner[1] - 0.5 * resolution, resolution),
-        steps,
-        (math.ceil(window.turn / window.turn_step), window.turn_step),
-        prior_information,
-        unit * beam_weight * len(points_base) / len(points),
-        found,
-    )
+        image, cells, bounds, guess, (steps, per_axis, resolution), turning, prior_information,
+        worth, found,
+    )  # fmt: skip
     return [pose_from(row[:3]) for row in found[:count]]
 
 
-def _cut(
-    grid: OccupancyGrid, surfaces: SurfaceMap, box: CellBox, settings: SearchSettings
-) -> tuple[Scores, float]:
-    """Return the score image of a box of cells, and its unit; beyond the grid all is unknown."""
-    geometry = grid.geometry
-    log_odds = np.zeros((box.iy1 - box.iy0, box.ix1 - box.ix0), dtype=np.float32)
-    squared = np.full((LAYERS, *log_odds.shape), FAR, dtype=np.uint8)
-    inside = box.dilated(0, geometry)
-    if not inside.empty:
-        rows, cols = inside.shifted(-box.iy0, -box.ix0).slices
-        log_odds[rows, cols] = grid.log_odds[inside.slices]
-        squared[:, rows, cols] = surfaces.squared[:, *inside.slices]
-    return score_image(log_odds, squared, geometry.resolution, settings)
-
-
-@compiled
-def _running_maximum(image: Scores, block: int) -> Scores:
-    """Return for each cell the maximum over the block that starts there, by doubling."""
-    layers, rows, cols = image.shape
+def running_maximum(image: Scores, block: int) -> Scores:
+    """Return for each cell the maximum over the block (a power of two) that starts there."""
     result = image.copy()
     width = 1
     while width < block:
-        for k in range(layers):
-            for iy in range(rows):
-                for ix in range(cols - width):
-                    result[k, iy, ix] = max(result[k, iy, ix], result[k, iy, ix + width])
-            for iy in range(rows - width):
-                for ix in range(cols):
-                    result[k, iy, ix] = max(result[k, iy, ix], result[k, iy + width, ix])
+        np.maximum(result[:, :, :-width], result[:, :, width:], out=result[:, :, :-width])
+        np.maximum(result[:, :-width], result[:, width:], out=result[:, :-width])
         width *= 2
     return result
 
@@ -200,10 +113,10 @@ def _running_maximum(image: Scores, block: int) -> Scores:
 @compiled
 def _search(
     image: Scores,
-    points: Floats,
+    cells: npt.NDArray[np.int32],
+    bounds: Floats,
     guess: tuple[float, float, float],
-    lattice: tuple[float, float, float],
-    steps: int,
+    lattice: tuple[int, int, float],
     turning: tuple[int, float],
     information: Floats,
     unit: float,
@@ -212,26 +125,22 @@ def _search(
     """Fill `found` with (x, y, theta, score) of the best poses; return how many.
 
     Args:
-        lattice: (x, y) [m] of the image's corner and the edge of a cell [m].
-        steps: translations up to this many cells to each side.
+        cells: (headings, N, 3) layer, row and column of each end point for each heading.
+        bounds: no pose of a block scores more, by headings, rows and columns of blocks.
+        lattice: translations up to this many cells to each side, how many blocks they make along
+            each axis, and the edge of a cell [m].
         turning: headings up to this many steps to each side, and one step [rad].
         unit: log-likelihood of one unit of the image.
     """
-    turns, turn_step = turning
-    cells = _project(points, guess, lattice, turns, turn_step)
-    per_axis = (2 * steps + BLOCK) // BLOCK
-    bounds = _bounds(
-        _running_maximum(image, BLOCK), cells, steps, per_axis, lattice[2], turning, information,
-        unit,
-    )  # fmt: skip
+    steps, per_axis, resolution = lattice
     count = 0
     for b in np.argsort(-bounds):
         if count == found.shape[0] and bounds[b] <= found[count - 1, 3]:
             break
         t = b // (per_axis * per_axis)
-        dt = (t - turns) * turn_step
+        dt = (t - turning[0]) * turning[1]
         score, dx, dy = _best_of_block(
-            image, cells[t], (b // per_axis) % per_axis, b % per_axis, steps, lattice[2], dt,
+            image, cells[t], (b // per_axis) % per_axis, b % per_axis, steps, resolution, dt,
             information, unit,
         )  # fmt: skip
         count = _keep(found, count, (guess[0] + dx, guess[1] + dy, guess[2] + dt, score))

@@ -195,9 +195,7 @@ def _fill(
 
 
 @compiled
-def _linearise(
-    a: Floats, b: Floats, z: Floats, error: Floats, by_i: Floats, by_j: Floats
-) -> None:
+def _linearise(a: Floats, b: Floats, z: Floats, error: Floats, by_i: Floats, by_j: Floats) -> None:
     """Work out the error (3,) of an edge and its derivatives (3, 3) by the poses of i and of j.
 
     The offset is taken in the frame of i, and then, less what was measured, in that of j as
@@ -246,8 +244,7 @@ def _product(jacobian: Floats, weighed: Floats, pulled: Floats) -> None:
 @compiled
 def _dot(pulled: Floats, jacobian: Floats, row: int, col: int) -> float:
     """Return one entry of a product of two (3, 3) matrices."""
-    return (
-        pulled[row, 0] * jacobian[0, col]
-        + pulled[row, 1] * jacobian[1, col]
-        + pulled[row, 2] * jacobian[2, col]
-    )
+    value = 0.0
+    for c in range(3):
+        value += pulled[row, c] * jacobian[c, col]
+    return value

@@ -14,11 +14,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mapping.correlative_search import SearchSettings, SearchWindow, search
+from mapping.correlative_search import SearchWindow, search
 from mapping.geometry import Floats, Pose2, wrap_angle
 from mapping.grid import OccupancyGrid
 from mapping.newton_ascent import climb, evaluate, invert
 from mapping.perceptual_model import PerceptionSettings
+from mapping.search_image import SearchSettings
 from mapping.surface_map import SurfaceMap
 
 

@@ -10,11 +10,11 @@ Source: Hess, Kohler, Rapp & Andor 2016, "Real-time loop closure in 2D LIDAR SLA
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from mapping.geometry import IDENTITY, Floats, Pose2
 from mapping.match_map import MapSettings, MatchMap
 from mapping.scan import LaserScan
+from mapping.wall_blocks import WallBlocks
 
 
 class Submap:
@@ -41,9 +41,8 @@ class Submap:
         self.covariance = covariance
         self.driven = driven
         self.map = MatchMap(settings)
-        self._walls: cKDTree | None = None
-        self._tree_scans = -1
-        self._radius = 0.0
+        self._walls = WallBlocks(np.zeros((0, 2)))
+        self._seen_scans = 0
 
     def insert(self, scan: LaserScan, T_anchor_base: Pose2 = IDENTITY) -> None:
         """Insert a scan at its pose in the anchor's frame."""
@@ -55,25 +54,10 @@ class Submap:
         surfaces.owned = np.zeros((len(surfaces.owned), 0, 0), dtype=np.int32)
 
     @property
-    def radius(self) -> float:
-        """How far from the anchor its walls reach [m]."""
-        self._refresh()
-        return self._radius
-
-    def near_walls(self, points_anchor: Floats, reach: float) -> int:
-        """Return how many of the points (N, 2) lie within `reach` [m] of a wall, anchor frame."""
-        self._refresh()
-        if self._walls is None or not len(points_anchor):
-            return 0
-        distances, _ = self._walls.query(points_anchor, distance_upper_bound=reach)
-        return int(np.isfinite(distances).sum())
-
-    def _refresh(self) -> None:
-        """Look the walls up anew where scans have come in since."""
-        if self._tree_scans == self.map.scans:
-            return
-        surfaces = self.map.surfaces
-        walls = surfaces.surfels[: surfaces.count, :2][surfaces.occupied[: surfaces.count]]
-        self._walls = cKDTree(walls) if len(walls) else None
-        self._radius = float(np.hypot(*walls.T).max(initial=0.0))
-        self._tree_scans = self.map.scans
+    def walls(self) -> WallBlocks:
+        """Where it has walls, anchor frame."""
+        if self._seen_scans != self.map.scans:
+            self._seen_scans, surfaces = self.map.scans, self.map.surfaces
+            surfels = surfaces.surfels[: surfaces.count, :2]
+            self._walls = WallBlocks(surfels[surfaces.occupied[: surfaces.count]])
+        return self._walls

@@ -202,7 +202,7 @@ class TeamGraph:
                 continue
             T_map_anchor = self.graph.pose(submap.anchor)
             away = T_map_anchor.distance_to(T_map_base)
-            if away > submap.radius + farthest + settings.window_m:
+            if away > submap.walls.radius + farthest + settings.window_m:
                 continue
             last = chain.compared.get(submap.anchor)
             if last is not None and not self._moved(last, T_map_base):
@@ -210,7 +210,7 @@ class TeamGraph:
             prior = self._apart(chain, submap, T_map_base, own, driven)
             guess = T_map_anchor.inverse() @ T_map_base
             reach = window_of(prior, settings).reach + 0.15
-            seen = submap.near_walls(guess.apply(points_base), reach)
+            seen = submap.walls.near(guess.apply(points_base), reach)
             if seen >= settings.points:
                 around.append((seen, submap, guess, prior))
             else:
@@ -252,7 +252,7 @@ class TeamGraph:
                 if T_map_anchor.distance_to(T_map_base) > 2.0 * scan.range_max:
                     continue
                 guess = T_map_anchor.inverse() @ T_map_base
-                if submap.near_walls(guess.apply(scan.points_base()), 0.3) < self.settings.points:
+                if submap.walls.near(guess.apply(scan.points_base()), 0.3) < self.settings.points:
                     continue
                 dx, dy = T_map_base.x - T_map_anchor.x, T_map_base.y - T_map_anchor.y
                 apart = covariance + carried_covariance(submap.covariance, dx, dy) + FLOOR

@@ -7,16 +7,15 @@ import pytest
 
 from mapping.correlative_search import (
     BLOCK,
-    SearchSettings,
     SearchWindow,
     _keep,
-    _running_maximum,
-    score_image,
+    running_maximum,
     search,
 )
 from mapping.geometry import Pose2, wrap_angle
 from mapping.match_map import MapSettings, MatchMap
 from mapping.scan_points import scan_points
+from mapping.search_image import SearchSettings, score_image
 from tests.unit.mapping.rectangle import rectangle_scan
 
 VAGUE = np.diag([1.0, 1.0, 1.0]) * 1e-3
@@ -53,11 +52,12 @@ def test_a_kidnapped_guess_is_found_again(room):
     assert abs(wrap_angle(found[0].theta - pose.theta)) < math.radians(3.0) + 1e-9
 
 
-def test_the_best_of_the_whole_lattice_is_found(room):
+@pytest.mark.parametrize("bounded_from", [0.0, 1e9])
+def test_the_best_of_the_whole_lattice_is_found(room, bounded_from):
     pose, guess = Pose2(2.0, 1.5, 0.4), Pose2(2.2, 1.4, 0.5)
     window = SearchWindow(0.4, 0.2, 0.1)
     points = scan_points(rectangle_scan(pose, beams=24))
-    best = look(room, pose, guess, window, candidates=1)[0]
+    best = look(room, pose, guess, window, candidates=1, bounded_from=bounded_from)[0]
     chosen = SearchSettings()
     image, unit = score_image(room.grid.log_odds, room.surfaces.squared, 0.1, chosen)
 
@@ -130,9 +130,9 @@ def test_scores_fall_with_the_distance_and_are_neutral_where_unknown():
     assert unit * (255 - image[0, 0, 3]) == pytest.approx(-math.log(chosen.unknown), abs=unit)
 
 
-def test_the_running_maximum_covers_the_block_that_starts_there():
+def test_therunning_maximum_covers_the_block_that_starts_there():
     image = np.random.default_rng(2).integers(0, 255, (2, 13, 17)).astype(np.uint8)
-    highest = _running_maximum(image, BLOCK)
+    highest = running_maximum(image, BLOCK)
     for k in range(2):
         for iy in range(13):
             for ix in range(17):

@@ -132,9 +132,9 @@ def submap_of_the_room() -> Submap:
 def test_a_submap_tells_which_points_are_near_its_walls() -> None:
     submap = submap_of_the_room()
     points = np.array([[-0.85, 0.0], [0.5, 0.5], [40.0, 0.0]])
-    assert submap.near_walls(points, 0.2) == 1
-    assert submap.near_walls(points[:0], 0.2) == 0
-    assert Submap("a", 0, TIGHT, TIGHT, MapSettings()).near_walls(points, 0.2) == 0
+    assert submap.walls.near(points, 0.2) == 1
+    assert submap.walls.near(points[:0], 0.2) == 0
+    assert Submap("a", 0, TIGHT, TIGHT, MapSettings()).walls.near(points, 0.2) == 0
 
 
 def test_a_match_is_searched_for_only_where_the_guess_is_poor() -> None:
