@@ -19,14 +19,20 @@ MAX_WEIGHT = 9  # heavier cells count as this: the ring must be longer than a st
 UNREACHED = np.iinfo(np.int32).max
 STRAIGHT_STEP = 5
 DIAGONAL_STEP = 7
+NOWHERE = (-1, -1)  # no cell in particular
 
 _BUCKETS = 64  # a power of two above DIAGONAL_STEP * MAX_WEIGHT
 _OUTSIDE = -1  # in the padded array: a cell that no step can improve
 
 
 @compiled
-def bucket_wave(weights: npt.NDArray[np.uint8], starts: Cells) -> npt.NDArray[np.int32]:
-    """Return the cost of each cell; `UNREACHED` where no path leads.
+def bucket_wave(
+    weights: npt.NDArray[np.uint8], starts: Cells, until: tuple[int, int], beyond: int
+) -> npt.NDArray[np.int32]:
+    """Return the cost of each cell; `UNREACHED` where no path leads, or the wave did not come.
+
+    It stops `beyond` units after it has come to the cell `until` (iy, ix), if that is not off the
+    grid; the cells at its edge then have the cost of a path, which may not be the cheapest.
 
     Cells are numbered in a grid with one more row and column on each side, `_OUTSIDE` like all
     blocked cells, so that steps need no bounds check. A cell is pushed each time it gets cheaper,
@@ -46,14 +52,20 @@ def bucket_wave(weights: npt.NDArray[np.uint8], starts: Cells) -> npt.NDArray[np
             best[cell] = 0
             buckets[0, filled[0]] = cell
             filled[0] += 1
+    wanted = 0  # the corner of the border, where no wave comes
+    if 0 <= until[0] < rows and 0 <= until[1] < cols:
+        wanted = (until[0] + 1) * stride + until[1] + 1
     cost = idle = 0
-    while idle < _BUCKETS:
+    end = np.int64(UNREACHED)
+    while idle < _BUCKETS and cost <= end:
         slot = cost & (_BUCKETS - 1)
         idle += 1
         if filled[slot] > 0:
             buckets = _with_room(buckets, filled, 8 * filled[slot])
             _settle(best, heavy, buckets, filled, cost, stride)
             filled[slot] = idle = 0
+        if cost == best[wanted]:
+            end = np.int64(cost + beyond)
         cost += 1
     return _unpadded(best, rows, cols)
 

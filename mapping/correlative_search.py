@@ -69,32 +69,28 @@ def search(
     """
     stride = max(-(-len(points_base) // settings.beams), 1)
     points = np.ascontiguousarray(points_base[::stride])
-    resolution = grid.geometry.resolution
-    steps = math.ceil(window.reach / resolution)
-    farthest = float(np.hypot(points[:, 0], points[:, 1]).max())
-    half = math.ceil(farthest / resolution) + steps + 2 * BLOCK + 2
-    iy, ix = grid.geometry.cell_at(T_map_guess.x, T_map_guess.y)
-    image, unit = cut_image(
-        grid, surfaces, CellBox(iy - half, ix - half, iy + half, ix + half), settings
-    )
-    corner = grid.geometry.centre_of(iy - half, ix - half)
+    geometry = grid.geometry
+    steps = math.ceil(window.reach / geometry.resolution)
     guess = (T_map_guess.x, T_map_guess.y, T_map_guess.theta)
     turning = (math.ceil(window.turn / window.turn_step), window.turn_step)
-    lattice = (corner[0] - 0.5 * resolution, corner[1] - 0.5 * resolution, resolution)
-    cells = _project(points, guess, lattice, *turning)
+    cells = _project(
+        points, guess, (geometry.origin_x, geometry.origin_y, geometry.resolution), *turning
+    )
+    low = cells[:, :, 1:].min(axis=(0, 1)) - steps
+    high = cells[:, :, 1:].max(axis=(0, 1)) + steps + 2 * BLOCK
+    cells[:, :, 1:] -= low
+    image, unit = cut_image(grid, surfaces, CellBox(*low.tolist(), *high.tolist()), settings)
     per_axis = (2 * steps + BLOCK) // BLOCK
+    lattice = (steps, per_axis, geometry.resolution)
     worth = unit * beam_weight * len(points_base) / len(points)
     if cells.size * (2 * steps + 1) ** 2 < settings.bounded_from * image.size:
         bounds = np.full(len(cells) * per_axis**2, math.inf)
     else:
         coarse = running_maximum(image, BLOCK)
-        bounds = _bounds(
-            coarse, cells, steps, per_axis, resolution, turning, prior_information, worth
-        )
+        bounds = _bounds(coarse, cells, *lattice, turning, prior_information, worth)
     found = np.empty((settings.candidates, 4))
     count = _search(
-        image, cells, bounds, guess, (steps, per_axis, resolution), turning, prior_information,
-        worth, found,
+        image, cells, bounds, guess, lattice, turning, prior_information, worth, found
     )  # fmt: skip
     return [pose_from(row[:3]) for row in found[:count]]
 

@@ -5,6 +5,7 @@ Robots match against their own; the server's merger matches against the team's.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -47,7 +48,7 @@ class MatchMap:
         scans: number of scans inserted.
     """
 
-    __slots__ = ("_points", "_scan", "grid", "scans", "settings", "surfaces")
+    __slots__ = ("grid", "scans", "settings", "surfaces")
 
     def __init__(self, settings: MapSettings | None = None) -> None:
         self.settings = settings or MapSettings()
@@ -55,8 +56,6 @@ class MatchMap:
         self.grid = OccupancyGrid.unknown(geometry)
         self.surfaces = SurfaceMap(geometry.shape, self.settings.surface)
         self.scans = 0
-        self._scan: LaserScan | None = None
-        self._points: Floats = np.empty((0, 4))
 
     def grow(self, x_min: float, y_min: float, x_max: float, y_max: float) -> Padding:
         """Grow to cover a rectangle [m], map frame; return by how much."""
@@ -72,22 +71,29 @@ class MatchMap:
             T_map_base: pose of the robot at `scan.stamp`.
             cautious: do not erase walls; for poses too uncertain to argue with the map.
         """
+        box = self._integrate(scan, T_map_base, cautious)
+        self.surfaces.refresh(self.grid, box)
+        return box
+
+    def insert_all(self, scans: Iterable[tuple[LaserScan, Pose2]]) -> None:
+        """Fuse scans with their poses `T_map_base`; the walls are fitted once, to all of them."""
+        for scan, T_map_base in scans:
+            self._integrate(scan, T_map_base, cautious=False)
+        rows, cols = self.grid.geometry.shape
+        self.surfaces.refresh(self.grid, CellBox(0, 0, rows, cols))
+
+    def _integrate(self, scan: LaserScan, T_map_base: Pose2, cautious: bool) -> CellBox:
+        """Fuse a scan into the grid and its end points into the walls, which are not fitted yet."""
         depth = self.settings.integration.depth * self.settings.resolution
         self.grow(*scan_extent(scan, T_map_base, depth))
         keep_above = self.settings.surface.occupied_above if cautious else np.inf
-        points_map = turned_points(self._points_of(scan), T_map_base)
+        points_map = turned_points(scan_points(scan), T_map_base)
         box = integrate_scan(
             self.grid, scan, T_map_base, self.settings.integration, keep_above, points_map
         )
-        self.surfaces.update(self.grid, points_map, box, depth)
+        self.surfaces.take(self.grid.geometry, points_map, depth)
         self.scans += 1
         return box
-
-    def _points_of(self, scan: LaserScan) -> Floats:
-        """Return the end points of a scan; it is often inserted right after it was matched."""
-        if self._scan is not scan:
-            self._scan, self._points = scan, scan_points(scan)
-        return self._points
 
     def match(
         self,
@@ -100,7 +106,7 @@ class MatchMap:
         return match(
             self.grid,
             self.surfaces,
-            self._points_of(scan),
+            scan_points(scan),
             T_map_base_guess,
             prior_covariance,
             self.settings.matching,
@@ -119,7 +125,7 @@ class MatchMap:
         return posterior_density(
             self.grid,
             self.surfaces,
-            self._points_of(scan),
+            scan_points(scan),
             np.asarray(poses_map, dtype=np.float64),
             T_map_base_guess,
             prior_covariance,

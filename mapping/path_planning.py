@@ -19,6 +19,7 @@ from mapping.bucket_wave import (
     BLOCKED,
     DIAGONAL_STEP,
     MAX_WEIGHT,
+    NOWHERE,
     STRAIGHT_STEP,
     UNREACHED,
     bucket_wave,
@@ -122,7 +123,11 @@ def _weights(
 
 
 def cost_field(
-    weights: npt.NDArray[np.uint8], start_cells: npt.ArrayLike, resolution: float
+    weights: npt.NDArray[np.uint8],
+    start_cells: npt.ArrayLike,
+    resolution: float,
+    until: tuple[int, int] | None = None,
+    beyond: float = 0.0,
 ) -> CostField:
     """Return the cost of the cheapest path from the start to every cell.
 
@@ -135,12 +140,19 @@ def cost_field(
         start_cells: one cell (iy, ix), or several (N, 2), of which the nearest counts. They may
             be blocked themselves. Those off the grid are ignored.
         resolution: edge of a cell [m].
+        until: a cell (iy, ix) whose cost is wanted; the rest of the field may then be missing
+        beyond: where it costs more than that cell and this [m].
 
     Source: Simmons et al. 2000, section "Constructing Bids"; the queue is Dial's (1969).
     """
     starts = np.asarray(start_cells, dtype=np.int64).reshape(-1, 2)
     inside = ((starts >= 0) & (starts < weights.shape)).all(axis=1)
-    units = bucket_wave(np.ascontiguousarray(weights), starts[inside])
+    units = bucket_wave(
+        np.ascontiguousarray(weights),
+        starts[inside],
+        until or NOWHERE,
+        round(STRAIGHT_STEP * beyond / resolution),
+    )
     return CostField(units, resolution)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -31,6 +31,8 @@ class LaserScan:
     range_max: float
     stamp: float
     T_base_laser: Pose2 = IDENTITY
+    # What `scan_points` found, once it was asked: one scan is matched with many maps.
+    found_points: list[Floats] = field(default_factory=list, init=False, repr=False, compare=False)
 
     @property
     def bearings(self) -> Floats:

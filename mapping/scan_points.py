@@ -27,8 +27,10 @@ def scan_points(scan: LaserScan) -> Floats:
 
     Returns:
         (N, 4): x, y [m] and the unit normal of the surface, pointing towards the laser. An end
-        point without neighbours is taken to face the laser.
+        point without neighbours is taken to face the laser. Kept with the scan, and read-only.
     """
+    if scan.found_points:
+        return scan.found_points[0]
     T_base_laser = scan.T_base_laser
     points = _hit_points(
         scan.ranges,
@@ -38,6 +40,8 @@ def scan_points(scan: LaserScan) -> Floats:
         (T_base_laser.x, T_base_laser.y, T_base_laser.theta),
     )
     _fit_normals(points, T_base_laser.x, T_base_laser.y)
+    points.flags.writeable = False
+    scan.found_points.append(points)
     return points
 
 

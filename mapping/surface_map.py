@@ -25,7 +25,7 @@ import numpy.typing as npt
 from mapping.closest_walls import Ids, move_walls
 from mapping.compiled import compiled
 from mapping.geometry import Floats
-from mapping.grid import CellBox, OccupancyGrid, Padding
+from mapping.grid import CellBox, GridGeometry, OccupancyGrid, Padding
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
@@ -87,10 +87,11 @@ class SurfaceMap:
         surfels: (capacity, 6), point (x, y) [m], matrix (a_xx, a_xy, a_yy) and trust, see
             `perceptual_model`.
         occupied: (capacity,) bool, whether the cell is part of a wall now.
+        dirty: (capacity,) bool, which cells got end points since the walls were up to date.
     """
 
-    __slots__ = ("cells", "closest", "count", "occupied", "owned", "scans", "settings", "squared",
-                 "sums", "surfels")  # fmt: skip
+    __slots__ = ("cells", "closest", "count", "dirty", "occupied", "owned", "scans", "settings",
+                 "squared", "sums", "surfels")  # fmt: skip
 
     def __init__(self, shape: tuple[int, int], settings: SurfaceSettings | None = None) -> None:
         self.settings = settings or SurfaceSettings()
@@ -103,6 +104,7 @@ class SurfaceMap:
         self.sums: Floats = np.zeros((256, 6))
         self.surfels: Floats = np.zeros((256, 6))
         self.occupied: npt.NDArray[np.bool_] = np.zeros(256, dtype=np.bool_)
+        self.dirty: npt.NDArray[np.bool_] = np.zeros(256, dtype=np.bool_)
 
     def grow(self, padding: Padding) -> None:
         """Follow the grid when it grows."""
@@ -113,29 +115,33 @@ class SurfaceMap:
         self.owned = _padded(self.owned, padding, NO_SURFEL)
         self.cells[: self.count] += np.array([0, padding.below, padding.left], dtype=np.int32)
 
-    def update(
-        self, grid: OccupancyGrid, points_map: Floats, box: CellBox, depth: float = 0.0
-    ) -> None:
-        """Take in the end points of one scan after they were fused into `grid`.
+    def take(self, geometry: GridGeometry, points_map: Floats, depth: float = 0.0) -> None:
+        """Take in the end points of one scan; `refresh` fits the walls to them.
 
         Args:
-            grid: the occupancy grid this map follows, already updated.
+            geometry: of the occupancy grid that this map follows.
             points_map: (N, 4) end points (x, y) [m] and the directions their surfaces face.
-            box: the cells that may have changed.
-            depth: an end point belongs to the cell this far behind its surface [m], as in `grid`.
+            depth: an end point belongs to the cell this far behind its surface [m], as in the grid.
         """
         self._reserve(len(points_map))
         self.scans += 1
-        geometry, settings = grid.geometry, self.settings
         lattice = (geometry.origin_x, geometry.origin_y, geometry.resolution)
-        dirty = np.zeros(len(self.occupied), dtype=np.bool_)
         self.count = _add_hits(
-            points_map, lattice, self.owned, self.cells, self.sums, self.count, settings.memory,
-            float(self.scans), depth, dirty,
+            points_map, lattice, self.owned, self.cells, self.sums, self.count,
+            self.settings.memory, float(self.scans), depth, self.dirty,
         )  # fmt: skip
+
+    def refresh(self, grid: OccupancyGrid, box: CellBox) -> None:
+        """Bring the walls up to date after scans were taken in, and fused into `grid`.
+
+        Args:
+            grid: the occupancy grid this map follows.
+            box: the cells that may have changed since the walls were up to date.
+        """
+        settings = self.settings
         flips = _find_flips(
             grid.log_odds, (box.iy0, box.ix0, box.iy1, box.ix1), self.occupied,
-            np.float32(settings.occupied_above), self.cells, self.count, dirty,
+            np.float32(settings.occupied_above), self.cells, self.count, self.dirty,
         )  # fmt: skip
         for cleared in (True, False):
             move_walls(
@@ -143,10 +149,11 @@ class SurfaceMap:
                 settings.reach,
             )  # fmt: skip
         _refit(
-            dirty[: self.count], self.owned, self.occupied, self.cells, self.sums, self.surfels,
-            settings.fit_radius, settings.doubt, float(self.scans),
+            self.dirty[: self.count], self.owned, self.occupied, self.cells, self.sums,
+            self.surfels, settings.fit_radius, settings.doubt, float(self.scans),
             (settings.line_below, settings.blob_above),
         )  # fmt: skip
+        self.dirty[: self.count] = False
 
     def _reserve(self, more: int) -> None:
         """Make room for `more` surfels."""
@@ -158,6 +165,7 @@ class SurfaceMap:
         self.sums = _enlarged(self.sums, larger)
         self.surfels = _enlarged(self.surfels, larger)
         self.occupied = _enlarged(self.occupied, larger)
+        self.dirty = _enlarged(self.dirty, larger)
 
 
 def _enlarged(array: npt.NDArray[_Scalar], rows: int) -> npt.NDArray[_Scalar]:

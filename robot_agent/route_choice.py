@@ -123,7 +123,9 @@ class RouteChoice:
             and (aim.map_number == planning_map.number or now - aim.stamp < _AIM_LASTS)
         )
         if not fits:
-            self._destination = Destination.on_map(planning_map, goal, situation.tolerance, now)
+            self._destination = Destination.on_map(
+                planning_map, goal, situation.tolerance, situation.here_map, now
+            )
 
     def _direct(self, situation: Situation, planning_map: PlanningMap) -> Route | None:
         """Return the way to the goal past everything that stands; else past what will not move."""

@@ -33,6 +33,8 @@ from robot_agent.route_search import (
 
 # A robot that stands where the map says it cannot may leave through cells this near [m].
 _ESCAPE_RADIUS = 0.8
+# Detours so much dearer than the way to a goal [m] are foreseen by the wave that comes from there.
+_BEYOND = 8.0
 # How often a path is drawn smooth; with 0.1 m between points corners get radii of about 0.5 m.
 _RELAXATIONS = 60
 
@@ -90,15 +92,20 @@ class Destination:
         planning_map: PlanningMap,
         goal_map: tuple[float, float],
         tolerance: float,
+        here_map: tuple[float, float],
         now: float,
     ) -> Destination:
-        """Send a wave over the map from the goal, at mission time `now` [s]."""
+        """Send a wave over the map from the goal to the robot's (x, y) [m] and some way beyond.
+
+        `now` is the mission time [s].
+        """
         geometry = planning_map.geometry
         places = _places(planning_map, planning_map.weights, goal_map, tolerance)
         iy, ix = geometry.cell_at(*goal_map)
         around = CellBox(iy, ix, iy + 1, ix + 1).dilated(_reach(planning_map, tolerance), geometry)
         ends = np.argwhere(places[around.slices]) + np.array((around.iy0, around.ix0))
-        field = cost_field(planning_map.weights, ends, geometry.resolution)
+        here = geometry.cell_at(*here_map)
+        field = cost_field(planning_map.weights, ends, geometry.resolution, here, _BEYOND)
         return cls(goal_map, tolerance, field.units, planning_map.number, now)
 
 

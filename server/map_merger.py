@@ -319,9 +319,9 @@ class MapMerger:
         for k, node in enumerate(self.nodes):
             T_map_base = self.team.graph.pose(k)
             self.nodes[k] = replace(node, T_map_base=T_map_base)
-            self.map.insert(node.scan, T_map_base)
             if self.members[node.robot].aligned:
                 self.members[node.robot].T_map_odom = self.nodes[k].T_map_odom
+        self.map.insert_all((node.scan, node.T_map_base) for node in self.nodes)
         geometry = self.geometry
         whole = CellBox(0, 0, geometry.rows, geometry.cols)
         self.dirty = self.dirty.union(whole.shifted(*self.lattice))

@@ -4,7 +4,14 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mapping.bucket_wave import DIAGONAL_STEP, MAX_WEIGHT, STRAIGHT_STEP, UNREACHED, bucket_wave
+from mapping.bucket_wave import (
+    DIAGONAL_STEP,
+    MAX_WEIGHT,
+    NOWHERE,
+    STRAIGHT_STEP,
+    UNREACHED,
+    bucket_wave,
+)
 
 
 def dijkstra(weights: np.ndarray, starts: np.ndarray) -> np.ndarray:
@@ -48,15 +55,32 @@ def test_equals_dijkstra(
     starts = np.column_stack(
         (rng.integers(0, shape[0], sources), rng.integers(0, shape[1], sources))
     )
-    np.testing.assert_array_equal(bucket_wave(weights, starts), dijkstra(weights, starts))
+    np.testing.assert_array_equal(
+        bucket_wave(weights, starts, NOWHERE, 0), dijkstra(weights, starts)
+    )
 
 
 def test_without_a_start_nothing_is_reached() -> None:
-    units = bucket_wave(np.ones((3, 3), dtype=np.uint8), np.empty((0, 2), dtype=np.int64))
+    units = bucket_wave(
+        np.ones((3, 3), dtype=np.uint8), np.empty((0, 2), dtype=np.int64), NOWHERE, 0
+    )
     assert (units == UNREACHED).all()
 
 
 def test_many_starts_need_larger_buckets() -> None:
     weights = np.ones((20, 20), dtype=np.uint8)
     starts = np.argwhere(weights > 0)
-    assert (bucket_wave(weights, starts) == 0).all()
+    assert (bucket_wave(weights, starts, NOWHERE, 0) == 0).all()
+
+
+def test_a_wave_stops_some_way_beyond_the_cell_it_is_sent_for() -> None:
+    weights = np.ones((5, 60), dtype=np.uint8)
+    starts = np.array([[2, 0]])
+    whole = bucket_wave(weights, starts, NOWHERE, 0)
+    near = bucket_wave(weights, starts, (2, 10), 4 * STRAIGHT_STEP)
+    known = whole <= whole[2, 14]
+    np.testing.assert_array_equal(near[known], whole[known])
+    assert (near[:, 20:] == UNREACHED).all()
+    weights[2, 10] = 0  # the wave never comes there, so it goes everywhere
+    assert bucket_wave(weights, starts, (2, 10), 0)[2, 59] < UNREACHED
+    assert bucket_wave(weights, starts, (7, 10), 0)[2, 59] < UNREACHED

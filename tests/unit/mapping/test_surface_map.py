@@ -15,7 +15,8 @@ from tests.unit.mapping.rectangle import rectangle_scan
 def take(grid: OccupancyGrid, surfaces: SurfaceMap, scan: LaserScan, pose: Pose2) -> None:
     surfaces.grow(grid.grow(*scan_extent(scan, pose)))
     box = integrate_scan(grid, scan, pose)
-    surfaces.update(grid, turned_points(scan_points(scan), pose), box, 0.05)
+    surfaces.take(grid.geometry, turned_points(scan_points(scan), pose), 0.05)
+    surfaces.refresh(grid, box)
 
 
 def mapped(scans: int = 5, noise: float = 0.0, settings: SurfaceSettings | None = None):
@@ -127,5 +128,6 @@ def test_old_end_points_are_forgotten():
 def test_end_points_outside_the_grid_are_left_out():
     grid = OccupancyGrid.unknown(GridGeometry(0.1, 0.0, 0.0, 5, 5))
     surfaces = SurfaceMap(grid.geometry.shape)
-    surfaces.update(grid, np.array([[9.0, 9.0, 1.0, 0.0]]), grid.geometry.box)
+    surfaces.take(grid.geometry, np.array([[9.0, 9.0, 1.0, 0.0]]))
+    surfaces.refresh(grid, grid.geometry.box)
     assert surfaces.count == 0

@@ -23,7 +23,7 @@ def two_rooms() -> PlanningMap:
 
 
 def route(held: PlanningMap, here, goal, keep_out=(), tolerance: float = 0.3) -> Route | None:
-    aim = Destination.on_map(held, goal, tolerance, 0.0)
+    aim = Destination.on_map(held, goal, tolerance, here, 0.0)
     return route_to_goal(held, here, aim, 0.25, keep_out)
 
 
