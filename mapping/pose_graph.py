@@ -11,10 +11,12 @@ force is Huber's (1964), the redescending one has the tail of Cauchy's weights.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2, pose_from
 from mapping.normal_equations import HELD, NormalEquations
 
@@ -132,23 +134,37 @@ class PoseGraph:
         )
 
 
+@compiled
 def turned_covariance(covariance: Floats, angle: float) -> Floats:
     """Return a covariance (3, 3) of (x, y, theta) in a frame turned by `angle` [rad].
 
     A matrix of information turns alike. From the map's frame into that of a robot with heading
     theta the angle is theta.
     """
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    turned: Floats = turn @ covariance @ turn.T
-    return turned
+    c, s = math.cos(angle), math.sin(angle)
+    turn = np.zeros((3, 3))
+    turn[0, 0], turn[0, 1], turn[1, 0], turn[1, 1], turn[2, 2] = c, s, -s, c, 1.0
+    return _moved(covariance, turn)
 
 
+@compiled
 def carried_covariance(covariance: Floats, dx: float, dy: float) -> Floats:
     """Return the covariance (3, 3) of a pose that is rigidly (dx, dy) [m] away, same frame."""
-    carry = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
-    carried: Floats = carry @ covariance @ carry.T
-    return carried
+    carry = np.eye(3)
+    carry[0, 2], carry[1, 2] = -dy, dx
+    return _moved(covariance, carry)
+
+
+@compiled
+def _moved(covariance: Floats, by: Floats) -> Floats:
+    """Return `by` times the covariance times `by` transposed, all (3, 3)."""
+    moved = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                for m in range(3):
+                    moved[i, j] += by[i, k] * covariance[k, m] * by[j, m]
+    return moved
 
 
 def blurred_information(information: Floats, covariance: Floats) -> Floats:

@@ -38,7 +38,7 @@ class SearchSettings:
     outlier: float = 0.05
     unknown: float = 0.3
     known_above: float = 0.3
-    beams: int = 180
+    beams: int = 90
     candidates: int = 3
     bounded_from: float = 4.0
 

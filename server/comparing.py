@@ -59,11 +59,20 @@ def fits(result: MatchResult, settings: LoopSettings) -> bool:
 
 def window_of(prior: Floats, settings: LoopSettings) -> SearchWindow:
     """Return the window in which a scan is looked for, by the covariance (3, 3) of the guess."""
-    sigma = math.sqrt(np.linalg.eigvalsh(prior[:2, :2])[-1])
     return SearchWindow(
-        min(3.0 * sigma, settings.window_m),
+        min(3.0 * widest_sigma(prior), settings.window_m),
         min(3.0 * math.sqrt(prior[2, 2]), math.radians(settings.window_deg)),
     )
+
+
+def widest_sigma(covariance: Floats) -> float:
+    """Return one sigma of a place along the direction that is known least [m].
+
+    Args:
+        covariance: (3, 3) of (x, y, theta).
+    """
+    xx, xy, yy = float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])
+    return math.sqrt(0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy))
 
 
 def compare(

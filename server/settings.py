@@ -30,7 +30,8 @@ class LoopSettings(_Settings):
         fit_at_once: with a smaller share it is looked for in the whole window.
         compared: with so many submaps a scan is compared, those it overlaps most.
         again_m: and with each of them again after moving this far.
-        again_most: at the end so many scans are compared with all submaps around them.
+        again_most: at the end so many scans are compared with all submaps around them,
+        firm: but for those to which so many comparisons tie theirs already.
         search_from_m: a smaller window is not worth a search.
         window_m: largest window,
         window_deg: and turn.
@@ -55,6 +56,7 @@ class LoopSettings(_Settings):
     compared: Annotated[int, Field(ge=0)] = 3
     again_m: Positive = 0.5
     again_most: Annotated[int, Field(ge=1)] = 200
+    firm: Annotated[int, Field(ge=1)] = 4
     search_from_m: Positive = 0.1
     window_m: Positive = 2.0
     window_deg: Positive = 20.0

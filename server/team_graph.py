@@ -11,6 +11,7 @@ Source: Hess et al. 2016 for comparing scans with submaps; Olson 2009 for the se
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -26,7 +27,15 @@ from mapping.pose_graph import (
     turned_covariance,
 )
 from mapping.scan import LaserScan
-from server.comparing import FLOOR, Match, compare, firm_match, fits, window_of
+from server.comparing import (
+    FLOOR,
+    Match,
+    compare,
+    firm_match,
+    fits,
+    widest_sigma,
+    window_of,
+)
 from server.placing import Way
 from server.settings import LoopSettings
 from server.submaps import Submap
@@ -75,6 +84,7 @@ class TeamGraph:
         self.chains: dict[str, Chain] = {}
         self.closed = 0
         self._scans: list[LaserScan] = []
+        self._drawn_in: list[int] = []  # by node, the anchor of the submap its scan was drawn in
         self._unsettled = 0
         self._map_settings = map_settings
 
@@ -113,6 +123,7 @@ class TeamGraph:
 
     def _add(self, scan: LaserScan, T_map_base: Pose2) -> int:
         self._scans.append(scan)
+        self._drawn_in.append(len(self._drawn_in))
         return self.graph.add(T_map_base)
 
     def _carried(self, chain: Chain, T_map_base: Pose2, way: Way) -> tuple[Floats, Floats]:
@@ -137,7 +148,7 @@ class TeamGraph:
             match = firm_match(submap.map, scan, guess, prior, result)
             self._connect(submap, chain.node, match)
             guess = match.T_map_base
-        sigma = math.sqrt(np.linalg.eigvalsh(prior[:2, :2])[-1])
+        sigma = widest_sigma(prior)
         if (
             math.hypot(guess.x, guess.y) > settings.submap_m
             or submap.map.scans >= settings.submap_scans
@@ -153,6 +164,7 @@ class TeamGraph:
             self._finish(submap)
             return
         submap.insert(scan, guess)
+        self._drawn_in[chain.node] = submap.anchor
         chain.T_anchor_base = guess
 
     def _finish(self, submap: Submap) -> None:
@@ -194,21 +206,14 @@ class TeamGraph:
         """
         chain, settings = self.chains[robot], self.settings
         points_base = scan.points_base()
-        farthest = float(np.hypot(*points_base.T).max(initial=0.0))
         own, driven = self._carried(chain, T_map_base, way)
         around = []
-        for submap in self.submaps:
-            if submap is chain.submap:
-                continue
-            T_map_anchor = self.graph.pose(submap.anchor)
-            away = T_map_anchor.distance_to(T_map_base)
-            if away > submap.walls.radius + farthest + settings.window_m:
-                continue
+        for submap in self._in_sight(points_base, T_map_base):
             last = chain.compared.get(submap.anchor)
-            if last is not None and not self._moved(last, T_map_base):
+            if submap is chain.submap or (last and not self._moved(last, T_map_base)):
                 continue
             prior = self._apart(chain, submap, T_map_base, own, driven)
-            guess = T_map_anchor.inverse() @ T_map_base
+            guess = self.graph.pose(submap.anchor).inverse() @ T_map_base
             reach = window_of(prior, settings).reach + 0.15
             seen = submap.walls.near(guess.apply(points_base), reach)
             if seen >= settings.points:
@@ -224,6 +229,17 @@ class TeamGraph:
                 found.append((submap, match))
         return found
 
+    def _in_sight(self, points_base: Floats, T_map_base: Pose2) -> list[Submap]:
+        """Return the submaps whose walls may lie among some points (N, 2) [m], base frame."""
+        farthest = float(np.hypot(*points_base.T).max(initial=0.0)) + self.settings.window_m
+        anchors = self.graph.poses[[submap.anchor for submap in self.submaps], :2]
+        away = np.hypot(anchors[:, 0] - T_map_base.x, anchors[:, 1] - T_map_base.y).tolist()
+        return [
+            submap
+            for submap, distance in zip(self.submaps, away, strict=True)
+            if distance <= submap.walls.radius + farthest
+        ]
+
     def connect_loops(self, node: int, found: Sequence[tuple[Submap, Match]]) -> float:
         """Connect a new node with the submaps its scan fits; return the worst squared error."""
         worst = 0.0
@@ -235,19 +251,20 @@ class TeamGraph:
         return worst
 
     def consolidate(self) -> None:
-        """Compare all scans with all submaps around them that they were not compared with.
+        """Compare scans with the submaps around them that theirs is not firmly tied to yet.
 
         A scan is compared when it comes with what others drew before; what they draw later may
         overlap it as well. Of a large team's scans every so many are taken, which bounds the work.
         """
         nodes = list(range(0, len(self.graph), 1 + len(self.graph) // self.settings.again_most))
-        known = {(edge.i, edge.j) for edge in self.graph.edges}
+        ties = Counter(self._pair(edge.i, edge.j) for edge in self.graph.edges if edge.robust)
         covariances = self.graph.covariances(nodes)
         for node, covariance in zip(nodes, covariances, strict=True):
             scan, T_map_base = self._scans[node], self.graph.pose(node)
             for submap in self.submaps:
                 T_map_anchor = self.graph.pose(submap.anchor)
-                if submap.anchor == node or (submap.anchor, node) in known:
+                pair = self._pair(submap.anchor, node)
+                if pair[0] == pair[1] or ties[pair] >= self.settings.firm:
                     continue
                 if T_map_anchor.distance_to(T_map_base) > 2.0 * scan.range_max:
                     continue
@@ -260,6 +277,12 @@ class TeamGraph:
                 match = compare(submap.map, scan, guess, prior, self.settings)
                 if match is not None:
                     self._connect(submap, node, match)
+                    ties[pair] += 1
+
+    def _pair(self, i: int, j: int) -> tuple[int, int]:
+        """Return the anchors of the submaps in which two nodes were drawn, the earlier first."""
+        one, other = self._drawn_in[i], self._drawn_in[j]
+        return (one, other) if one < other else (other, one)
 
     def strained(self, worst: float) -> bool:
         """Whether the nodes are to be moved: a loop closed with an error, or many closed since."""
