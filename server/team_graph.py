@@ -43,6 +43,10 @@ from server.submaps import Submap
 # A robot is tied when little was seen of anything; loops tell better soon [m], [rad].
 _TIE = np.diag([0.05**2, 0.05**2, math.radians(1.0) ** 2])
 
+# Each time the map is put right, one of so many submaps is asked how well it is known: to ask all
+# takes longer than to put the map right, and what is known only grows.
+_RENEWED = 8
+
 
 @dataclass(slots=True)
 class Chain:
@@ -86,6 +90,7 @@ class TeamGraph:
         self._scans: list[LaserScan] = []
         self._drawn_in: list[int] = []  # by node, the anchor of the submap its scan was drawn in
         self._unsettled = 0
+        self._settled = 0
         self._map_settings = map_settings
 
     # --- growing --------------------------------------------------------------------------------
@@ -207,23 +212,23 @@ class TeamGraph:
         chain, settings = self.chains[robot], self.settings
         points_base = scan.points_base()
         own, driven = self._carried(chain, T_map_base, way)
+        reach = window_of(own, settings).reach + 0.15
         around = []
         for submap in self._in_sight(points_base, T_map_base):
             last = chain.compared.get(submap.anchor)
             if submap is chain.submap or (last and not self._moved(last, T_map_base)):
                 continue
-            prior = self._apart(chain, submap, T_map_base, own, driven)
             guess = self.graph.pose(submap.anchor).inverse() @ T_map_base
-            reach = window_of(prior, settings).reach + 0.15
             seen = submap.walls.near(guess.apply(points_base), reach)
             if seen >= settings.points:
-                around.append((seen, submap, guess, prior))
+                around.append((seen, submap, guess))
             else:
                 chain.compared[submap.anchor] = T_map_base
         around.sort(key=lambda row: (-row[0], row[1].anchor))
         found = []
-        for _, submap, guess, prior in around[: settings.compared]:
+        for _, submap, guess in around[: settings.compared]:
             chain.compared[submap.anchor] = T_map_base
+            prior = self._apart(chain, submap, T_map_base, own, driven)
             match = compare(submap.map, scan, guess, prior, settings)
             if match is not None:
                 found.append((submap, match))
@@ -304,16 +309,16 @@ class TeamGraph:
     def settle(self) -> tuple[float, float]:
         """Move all nodes to where they agree best; return the most moved [m] and turned [rad]."""
         self._unsettled = 0
+        self._settled += 1
         moved = self.graph.optimise()
-        nodes = [submap.anchor for submap in self.submaps]
-        nodes += [chain.node for chain in self.chains.values()]
+        chains = list(self.chains.values())
+        renewed = self.submaps[self._settled % _RENEWED :: _RENEWED]
+        nodes = [chain.node for chain in chains] + [submap.anchor for submap in renewed]
         covariances = self.graph.covariances(nodes)
-        for submap, covariance in zip(self.submaps, covariances, strict=False):
-            submap.covariance = covariance
-        for chain, covariance in zip(
-            self.chains.values(), covariances[len(self.submaps) :], strict=True
-        ):
-            chain.covariance = covariance
+        asked: list[Chain | Submap] = [*chains, *renewed]
+        for known, covariance in zip(asked, covariances, strict=True):
+            known.covariance = covariance
+        for chain in chains:
             if moved[0] > self.settings.redraw_m:
                 chain.compared = {}
         return moved

@@ -18,7 +18,7 @@ from protocol.map_cells import LARGEST_CELLS, dequantise, unpack_cells
 from protocol.messages import MapDelta, MapSnapshot, Message, TeamPoses
 from sim_world.truth import CoverageJudge
 
-_KEPT_PAIRS = 4000  # pose pairs kept for the fit; older ones are thinned out
+_KEPT_PAIRS = 1000  # pose pairs kept for the fit; older ones are thinned out
 
 
 @dataclass(slots=True)
