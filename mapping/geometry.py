@@ -62,9 +62,13 @@ class Pose2:
         """Return the distance [m] between the two origins."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
+    def as_tuple(self) -> tuple[float, float, float]:
+        """Return (x, y, theta) [m, m, rad]."""
+        return self.x, self.y, self.theta
+
     def as_array(self) -> Floats:
         """Return (x, y, theta) as a (3,) array."""
-        return np.array([self.x, self.y, self.theta])
+        return np.array(self.as_tuple())
 
 
 IDENTITY = Pose2(0.0, 0.0, 0.0)

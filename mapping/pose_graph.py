@@ -56,6 +56,7 @@ class PoseGraph:
         self.edges: list[Edge] = []
         self._poses: Floats = np.zeros((64, 3))
         self._count = 0
+        self._equations: NormalEquations | None = None
 
     def __len__(self) -> int:
         return self._count
@@ -78,6 +79,7 @@ class PoseGraph:
 
     def add(self, T_map_node: Pose2) -> int:
         """Add a node; return its number."""
+        self._equations = None
         if self._count == len(self._poses):
             self._poses = np.concatenate((self._poses, np.zeros_like(self._poses)))
         self._poses[self._count] = T_map_node.as_array()
@@ -86,6 +88,7 @@ class PoseGraph:
 
     def connect(self, edge: Edge) -> None:
         """Add an edge."""
+        self._equations = None
         self.edges.append(edge)
 
     def error(self, edge: Edge) -> tuple[Floats, float]:
@@ -124,14 +127,16 @@ class PoseGraph:
         return system.covariances(nodes)
 
     def _system(self) -> NormalEquations:
-        """Return the system of all edges, not filled in yet."""
-        return NormalEquations(
-            self._count,
-            np.array([(edge.i, edge.j) for edge in self.edges], dtype=np.int64),
-            np.array([edge.T_i_j.as_array() for edge in self.edges]),
-            np.array([edge.information for edge in self.edges]),
-            np.array([edge.robust for edge in self.edges]),
-        )
+        """Return the system of all edges; it serves until a node or an edge is added."""
+        if self._equations is None:
+            self._equations = NormalEquations(
+                self._count,
+                np.array([(edge.i, edge.j) for edge in self.edges], dtype=np.int64),
+                np.array([edge.T_i_j.as_tuple() for edge in self.edges]),
+                np.array([edge.information for edge in self.edges]),
+                np.array([edge.robust for edge in self.edges]),
+            )
+        return self._equations
 
 
 @compiled

@@ -83,7 +83,7 @@ class Judge:
 
     def classes(self) -> npt.NDArray[np.uint8]:
         """Return the class of each cell of the map as heard so far, (rows, cols)."""
-        return self._class_of_byte[self.cells.view(np.uint8)]
+        return self._class_of_byte.take(self.cells.view(np.uint8))
 
     def _snapshot(self, message: MapSnapshot) -> None:
         self.geometry = GridGeometry(
