@@ -3,9 +3,9 @@
 Prints one line per kernel: what it did, how much of it per second of processor time, the median
 time of a call by the clock, and the least processor time of a call, which other work on the
 machine disturbs less; all after warming up. To add a row, write a function that prepares the work
-and returns a `Case`, and put it in `CASES`, here or in `benchmarks/sensing.py`. Real maps are
-measured too where they are found: in the folder EXPEDITION_DATA names, or in `shared/data` beside
-the repository.
+and returns a `Case`, and put it in `CASES`, here or in a file of rows beside this one. Real maps
+are measured too where they are found: in the folder EXPEDITION_DATA names, or in `shared/data`
+beside the repository.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from benchmarks import sensing
+from benchmarks import graphs, sensing
 from benchmarks.floors import (
     RESOLUTION,
     SENSOR_RANGE,
@@ -155,6 +155,7 @@ CASES: list[Callable[[], Case]] = [
     partial(gains_case, 2),
     partial(gains_case, 1),
     *sensing.CASES,
+    *graphs.CASES,
 ]
 
 

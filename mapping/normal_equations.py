@@ -34,6 +34,7 @@ class NormalEquations:
 
     Attributes:
         errors: (E, 3) of all edges at the poses last given, each in the frame of its j.
+        matrix: (3 N, 3 N), the upper half, sparse by columns.
     """
 
     def __init__(
@@ -70,7 +71,7 @@ class NormalEquations:
         indices = np.empty(size, dtype=np.int32)
         _place_rows(rows, cols, self._starts, above, self._ranks, indices)
         shape = (3 * nodes, 3 * nodes)
-        self._matrix = csc_matrix((np.ones(size), indices, np.append(indptr, size)), shape=shape)
+        self.matrix = csc_matrix((np.ones(size), indices, np.append(indptr, size)), shape=shape)
         self._solver: qdldl.Solver | None = None
 
     def fill(self, poses: Floats, from_sigmas: float, power: int) -> None:
@@ -84,12 +85,12 @@ class NormalEquations:
         _fill(
             poses, self._ends, self._measured, self._information, self._robust, self._pair_of,
             self._starts, self._above, self._ranks, (from_sigmas, power), self.errors,
-            self._gradient, self._matrix.data,
+            self._gradient, self.matrix.data,
         )  # fmt: skip
         if self._solver is None:
-            self._solver = qdldl.Solver(self._matrix, upper=True)
+            self._solver = qdldl.Solver(self.matrix, upper=True)
         else:
-            self._solver.update(self._matrix, upper=True)
+            self._solver.update(self.matrix, upper=True)
 
     def step(self) -> Floats:
         """Return what to add to the poses, (N, 3), to come to the optimum of what was filled in."""
