@@ -7,18 +7,20 @@ directions in which they see each other differ by half a turn. Who is who follow
 were told: their distance must be the same from both sides, and their headings as told, within the
 errors; with the wrong teammate they come out wrong by a large angle. Of three in a row the outer
 two both see the one between them, and could take it for each other: so each sighting counts once,
-and the team as a whole is explained by as many pairs as can be. A pair that can be explained in
-two ways is left to what the walls tell.
+and the team as a whole is explained as well as can be: by as many pairs, and by as many others whom
+both of a pair see in the same place (see `sighting_pairs`). A pair that can be explained in two
+ways is left to what the walls tell.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from mapping.geometry import Floats, Pose2, fit_rigid, wrap_angle
+from server.sighting_pairs import SightingPair, sure_pairs
 
 # Sightings this close to each other [m] are of the same disc.
 _SAME = 0.15
@@ -26,10 +28,8 @@ _SAME = 0.15
 STANDING = 0.1
 # A disc must have been seen so often.
 _SEEN_LEAST = 2
-# More discs than these are no teammates, and with more pairs than these nothing is clear: who sees
-# that much stands among posts, or talks nonsense.
+# More discs than these are no teammates: who sees that much stands among posts, or talks nonsense.
 _DISCS_MOST = 32
-_PAIRS_MOST = 24
 # Error of a sighted place [m], most of it across the line of sight.
 _SIGMA = 0.02
 
@@ -121,17 +121,13 @@ class MutualSightings:
             By the names (a, b) of a pair, in both orders.
         """
         names = sorted(name for name in self._lookouts if name in told)
-        pairs: list[_Pair] = []
+        pairs: list[SightingPair] = []
         for k, a in enumerate(names):
             for b in names[k + 1 :]:
                 T_a_b_told = told[a].inverse() @ told[b]
                 pairs += self._pairs(a, b, T_a_b_told, sigma, turn_sigma)
-        if len(pairs) > _PAIRS_MOST:
-            return {}
-        best = _largest(pairs, frozenset())
-        sure = [pair for pair in pairs if all(pair in choice for choice in best)]
         found = {}
-        for pair in sure:
+        for pair in sure_pairs(pairs):
             one, other = self._lookouts[pair.a], self._lookouts[pair.b]
             turn = 2.0 * (_SIGMA / pair.apart) ** 2 + one.turn_variance + other.turn_variance
             for near, key, T in (
@@ -144,7 +140,7 @@ class MutualSightings:
 
     def _pairs(
         self, a: str, b: str, T_a_b_told: Pose2, sigma: float, turn_sigma: float
-    ) -> list[_Pair]:
+    ) -> list[SightingPair]:
         """Return all ways in which two robots may have seen each other."""
         one, other = self._lookouts[a], self._lookouts[b]
         pairs = []
@@ -163,37 +159,23 @@ class MutualSightings:
                     and abs(T_a_b.x - T_a_b_told.x) <= reach
                     and abs(T_a_b.y - T_a_b_told.y) <= reach
                 ):
-                    pairs.append(_Pair(a, i, b, j, T_a_b, apart))
+                    common = _in_common(one.discs, other.discs, T_a_b, i, j)
+                    pairs.append(SightingPair(a, i, b, j, T_a_b, apart, common))
         return pairs
 
 
-@dataclass(frozen=True, slots=True)
-class _Pair:
-    """Two robots that may have seen each other: a's disc i is b, and b's disc j is a."""
+def _in_common(discs_a: Floats, discs_b: Floats, T_a_b: Pose2, i: int, j: int) -> int:
+    """Return how many discs both robots see in the same place, besides each other.
 
-    a: str
-    i: int
-    b: str
-    j: int
-    T_a_b: Pose2
-    apart: float
-
-    def excludes(self, other: _Pair) -> bool:
-        """Whether both cannot be true: they share a sighting, or the robots."""
-        mine, theirs = (
-            {(self.a, self.i), (self.b, self.j)},
-            {(other.a, other.i), (other.b, other.j)},
-        )
-        return bool(mine & theirs) or (self.a, self.b) == (other.a, other.b)
-
-
-def _largest(pairs: Sequence[_Pair], chosen: frozenset[_Pair]) -> list[frozenset[_Pair]]:
-    """Return all largest sets of pairs that can be true together, `chosen` among them."""
-    if not pairs:
-        return [chosen]
-    first, rest = pairs[0], pairs[1:]
-    found = _largest([p for p in rest if not p.excludes(first)], chosen | {first})
-    if any(pair.excludes(first) for pair in rest):
-        found = found + _largest(rest, chosen)
-    most = max(len(choice) for choice in found)
-    return [choice for choice in found if len(choice) == most]
+    Args:
+        discs_a: (k, 2) [m], where a sees discs, its odom frame; number i is b.
+        discs_b: (m, 2) [m], likewise; number j is a.
+        T_a_b: pose of b's frame in a's.
+        i: see above.
+        j: see above.
+    """
+    theirs = T_a_b.apply(np.delete(discs_b, j, axis=0))
+    mine = np.delete(discs_a, i, axis=0)
+    off = np.hypot(*(mine[:, None, :] - theirs[None, :, :]).transpose(2, 0, 1))
+    near: int = int((off.min(axis=1, initial=np.inf) <= _SAME).sum())
+    return near

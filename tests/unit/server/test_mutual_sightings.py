@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from server.mutual_sightings import MutualSightings
 NONE = np.zeros((3, 3))
 
 
-def look(starts: dict[str, Pose2], sees: dict[str, str]) -> MutualSightings:
+def look(starts: dict[str, Pose2], sees: Mapping[str, Sequence[str]]) -> MutualSightings:
     """What robots see of each other: `sees` has the names of the others."""
     sightings = MutualSightings()
     for name, seen in sees.items():
@@ -101,3 +102,51 @@ def test_who_sees_discs_everywhere_relates_to_nobody() -> None:
             sightings.add(name, IDENTITY, NONE, np.array(ring))
     starts = {"a": Pose2(0.0, 0.0, 0.0), "b": Pose2(1.0, 0.0, 0.0)}
     assert sightings.relations(starts, 3.0, 0.7) == {}
+
+
+def crowd(jitter: float, seed: int) -> dict[str, Pose2]:
+    """Ten robots, two by two, about 0.8 m apart."""
+    rng = np.random.default_rng(seed)
+    places = [(0.8 * (k % 4), 0.8 * (k // 4)) for k in range(10)]
+    return {
+        f"robot{k}": Pose2(x + dx, y + dy, 0.0)
+        for k, ((x, y), (dx, dy)) in enumerate(
+            zip(places, rng.uniform(-jitter, jitter, (10, 2)), strict=True)
+        )
+    }
+
+
+def in_view(starts: dict[str, Pose2], name: str) -> list[str]:
+    """Whom a robot sees: those that nobody stands in front of."""
+    here = starts[name]
+    bearings = {}
+    for other, pose in starts.items():
+        if other != name:
+            away = here.distance_to(pose)
+            bearings[other] = (away, math.atan2(pose.y - here.y, pose.x - here.x))
+    return [
+        other
+        for other, (away, bearing) in bearings.items()
+        if all(
+            nearer >= away or abs(math.remainder(bearing - in_front, math.tau)) > 0.25 / nearer
+            for nearer, in_front in bearings.values()
+        )
+    ]
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("jitter", [0.0, 0.1])
+def test_ten_that_stand_close_are_told_apart_or_left_alone(jitter: float, seed: int) -> None:
+    starts = crowd(jitter, seed)
+    sightings = look(starts, {name: in_view(starts, name) for name in starts})
+    rng = np.random.default_rng(seed)
+    errors = rng.uniform(-1.0, 1.0, (10, 3)) * (1.0, 1.0, math.radians(20.0))
+    told = {
+        name: Pose2(pose.x + dx, pose.y + dy, turn)
+        for (name, pose), (dx, dy, turn) in zip(starts.items(), errors.tolist(), strict=True)
+    }
+    relations = sightings.relations(told, 3.0, 2.0 * math.radians(20.0))
+    for (a, b), relation in relations.items():
+        assert relation.T_a_b.distance_to(starts[a].inverse() @ starts[b]) < 1e-6
+    if jitter:
+        assert len({a for a, _ in relations}) == 10
