@@ -52,7 +52,7 @@ def server_part(master: Master, now: float, last: bool = True) -> dict[str, Any]
         "union_clear": union,
         "tasks": master.executive.happenings,
         "remaining": _frontiers_left(master),
-        "pose_graph": pose_graph(master.merger.nodes),
+        "pose_graph": pose_graph(merger.nodes, merger.team.graph.edges),
         "events": [
             {"t_s": now, "event": "frames dropped", "peer": peer, "reason": reason, "count": count}
             for (peer, reason), count in sorted(master.faults.counts.items())

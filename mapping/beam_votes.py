@@ -46,13 +46,13 @@ def cast_votes(
     passed = np.zeros((iy1 - iy0, ix1 - ix0), dtype=np.uint8)
     filled = np.zeros((iy1 - iy0, ix1 - ix0), dtype=np.uint8)
     corner_x, corner_y = lattice[0] + ix0 * resolution, lattice[1] + iy0 * resolution
-    _count_ends(ended, solid, corner_x, corner_y, resolution)
+    own = _end_cells(solid, corner_x, corner_y, resolution)
+    _count_ends(ended, own)
     k = 0
     for i in range(ends.shape[0]):
         own_iy = own_ix = -1
         if hits[i]:
-            own_iy = int(math.floor((solid[k, 1] - corner_y) / resolution))
-            own_ix = int(math.floor((solid[k, 0] - corner_x) / resolution))
+            own_iy, own_ix = own[k]
             k += 1
         _count_beam(
             log_odds, passed, x, y, (ends[i, 0] - x0) / resolution, (ends[i, 1] - y0) / resolution,
@@ -81,14 +81,23 @@ def cast_votes(
 
 
 @compiled
-def _count_ends(
-    ended: npt.NDArray[np.uint8], solid: Floats, corner_x: float, corner_y: float, resolution: float
-) -> None:
-    """Count in each cell the beams that end there; (corner_x, corner_y) [m] is that of `ended`."""
-    rows, cols = ended.shape
+def _end_cells(
+    solid: Floats, corner_x: float, corner_y: float, resolution: float
+) -> npt.NDArray[np.int64]:
+    """Return the cell (N, 2) of each point [m], counted from the box's corner [m]."""
+    cells = np.empty(solid.shape, dtype=np.int64)
     for i in range(solid.shape[0]):
-        iy = int(math.floor((solid[i, 1] - corner_y) / resolution))
-        ix = int(math.floor((solid[i, 0] - corner_x) / resolution))
+        cells[i, 0] = int(math.floor((solid[i, 1] - corner_y) / resolution))
+        cells[i, 1] = int(math.floor((solid[i, 0] - corner_x) / resolution))
+    return cells
+
+
+@compiled
+def _count_ends(ended: npt.NDArray[np.uint8], cells: npt.NDArray[np.int64]) -> None:
+    """Count in each cell of the box the beams that end there."""
+    rows, cols = ended.shape
+    for i in range(cells.shape[0]):
+        iy, ix = cells[i]
         if 0 <= iy < rows and 0 <= ix < cols and ended[iy, ix] < 255:
             ended[iy, ix] += 1
 

@@ -294,8 +294,6 @@ class MapMerger:
                 scan=report.scan,
                 T_map_base=T_map_base,
                 T_odom_base=report.T_odom_base,
-                covariance=member.covariance,
-                own_covariance=report.covariance,
                 life=member.life,
                 track_odom=track,
             )

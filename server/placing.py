@@ -52,8 +52,6 @@ class Node:
         scan: the scan.
         T_map_base: where.
         T_odom_base: where by the robot's own estimate, in its local map.
-        covariance: (3, 3) of the match that placed it, map frame.
-        own_covariance: (3, 3) of `T_odom_base` in the robot's own map, odom frame.
         life: which life of the robot's process, from 0; each has a local map of its own.
         track_odom: (n, 4) stamp, x, y, theta since the node before, odom frame.
     """
@@ -62,8 +60,6 @@ class Node:
     scan: LaserScan
     T_map_base: Pose2
     T_odom_base: Pose2
-    covariance: Floats
-    own_covariance: Floats
     life: int = 0
     track_odom: Floats = field(default_factory=lambda: np.zeros((0, 4)))
 

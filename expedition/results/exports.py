@@ -10,9 +10,9 @@ import numpy as np
 import tomli_w
 
 from expedition.results.files import as_json, plain
-from expedition.results.record import Event, PoseGraphRecord, RunRecord, ScanChain
+from expedition.results.record import Event, PoseGraphRecord, RunRecord
 from expedition.results.tracks import as_track, at_stamps
-from mapping.geometry import Floats, Pose2, pose_from
+from mapping.geometry import Floats
 
 OCCUPIED_THRESHOLD = 0.65
 FREE_THRESHOLD = 0.196  # with 0.25 some readers take unknown (grey 205) for free
@@ -55,57 +55,25 @@ def truth_tum(track_map: Floats, track_world: Floats) -> str:
 def g2o(graph: PoseGraphRecord) -> str:
     """Return a pose graph in g2o format: VERTEX_SE2 and EDGE_SE2 with information matrices.
 
-    Scan k of the robot at place i in order of ids has vertex id `i * SCAN_ID_STEP + k`. Edges along
-    a robot's own scans come first, then the ones between any two scans, as they were made. An edge
-    that names a scan which is not there is left out.
+    Scan k of the robot at place i in order of ids has vertex id `i * SCAN_ID_STEP + k`. Edges come
+    in the order in which they were measured. An edge that names a scan which is not there is left
+    out.
     """
-    robots = sorted(graph.chains)
-    first = {robot: i * SCAN_ID_STEP for i, robot in enumerate(robots)}
-    lines: list[str] = []
-    for robot in robots:
-        for k, pose in enumerate(graph.chains[robot].poses_map.tolist()):
-            lines.append(f"VERTEX_SE2 {first[robot] + k} {_numbers(pose)}")
-    for robot in robots:
-        lines.extend(_chain_edges(first[robot], graph.chains[robot]))
-    lengths = {robot: len(graph.chains[robot].poses_map) for robot in robots}
-    for edge in graph.edges:
-        if edge.from_index < lengths.get(edge.from_robot, 0) and edge.to_index < lengths.get(
-            edge.to_robot, 0
-        ):
-            a = first[edge.from_robot] + edge.from_index
-            b = first[edge.to_robot] + edge.to_index
-            pose = pose_from(np.array(edge.T_from_to))
-            lines.append(_edge(a, b, pose, np.array(edge.covariance)))
-    return "".join(line + "\n" for line in lines)
-
-
-def _chain_edges(first: int, chain: ScanChain) -> list[str]:
-    """Return the edges from each scan of a robot to its next."""
-    measured = chain.poses_map if chain.poses_odom is None else chain.poses_odom
-    poses = [pose_from(row) for row in measured]
-    return [
-        _edge(first + k - 1, first + k, poses[k - 1].inverse() @ poses[k], chain.covariances[k])
-        for k in range(1, min(len(poses), len(chain.covariances), len(chain.poses_map)))
-        if np.isfinite(chain.covariances[k]).all()
+    chains = [graph.chains[robot] for robot in sorted(graph.chains)]
+    lines = [
+        f"VERTEX_SE2 {i * SCAN_ID_STEP + k} {_numbers(pose)}"
+        for i, chain in enumerate(chains)
+        for k, pose in enumerate(chain.tolist())
     ]
-
-
-def _edge(a: int, b: int, T_a_b: Pose2, covariance: Floats) -> str:
-    """Return one line of g2o: ids, measurement, upper triangle of the information matrix."""
-    information = information_of(covariance)
-    upper = information[np.triu_indices(3)]
-    return f"EDGE_SE2 {a} {b} {_numbers([T_a_b.x, T_a_b.y, T_a_b.theta])} {_numbers(upper)}"
-
-
-def information_of(covariance: Floats) -> Floats:
-    """Return the inverse of a (3, 3) covariance, kept finite and positive where it has none."""
-    symmetric = 0.5 * (np.asarray(covariance, dtype=np.float64) + np.transpose(covariance))
-    if not np.isfinite(symmetric).all():
-        return np.eye(3)
-    values, vectors = np.linalg.eigh(symmetric)
-    # A robot that stood still has a step without any doubt; 0.1 mm and 0.1 mrad are kept.
-    inverse: Floats = (vectors / np.maximum(values, 1.0e-8)) @ vectors.T
-    return inverse
+    for ends, measured, information in zip(
+        graph.ends.tolist(), graph.measured, graph.information, strict=True
+    ):
+        places = [(i, k) for i, k in (ends[:2], ends[2:]) if i < len(chains) and k < len(chains[i])]
+        if len(places) == 2:
+            a, b = (i * SCAN_ID_STEP + k for i, k in places)
+            upper = information[np.triu_indices(3)]
+            lines.append(f"EDGE_SE2 {a} {b} {_numbers(measured)} {_numbers(upper)}")
+    return "".join(line + "\n" for line in lines)
 
 
 def _numbers(values: Sequence[float] | Floats) -> str:

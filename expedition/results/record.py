@@ -62,46 +62,20 @@ class RobotRecord:
 
 
 @dataclass
-class ScanChain:
-    """The scans of one robot in the pose graph, in order.
-
-    Attributes:
-        poses_map: (k, 3) x, y, theta [m, m, rad]: corrected poses, map frame.
-        covariances: (k, 3, 3) of each pose relative to the one before, in the body's frame; not a
-            number where nothing was measured, as between two lives of a robot's process.
-        poses_odom: (k, 3) the same scans in the robot's own local map: what was measured from
-            scan to scan; None: the corrected poses stand in.
-    """
-
-    poses_map: Floats = field(default_factory=lambda: no_rows(3))
-    covariances: Floats = field(default_factory=lambda: np.empty((0, 3, 3)))
-    poses_odom: Floats | None = None
-
-
-@dataclass
-class ScanEdge:
-    """A measured pose of scan `to_index` of `to_robot` in the frame of another scan.
-
-    Attributes:
-        T_from_to: x, y, theta [m, m, rad].
-        covariance: three rows of three, of `T_from_to`. Lists, as there are many of these, and an
-            array would be an entry of its own in the file each time.
-    """
-
-    from_robot: str
-    from_index: int
-    to_robot: str
-    to_index: int
-    T_from_to: list[float]
-    covariance: list[list[float]]
-
-
-@dataclass
 class PoseGraphRecord:
-    """The final pose graph: a chain of scans per robot, and edges between any two scans."""
+    """The final pose graph: the scans of each robot in order, and what was measured between them.
 
-    chains: dict[str, ScanChain] = field(default_factory=dict)
-    edges: list[ScanEdge] = field(default_factory=list)
+    Attributes:
+        chains: by robot, (k, 3) corrected poses x, y, theta [m, m, rad] of its scans, map frame.
+        ends: (E, 4) of each edge, twice: which robot, in order of ids, and which of its scans.
+        measured: (E, 3) x, y, theta of the second scan in the first one's frame.
+        information: (E, 3, 3) of the errors of that, in the second one's frame; may be singular.
+    """
+
+    chains: dict[str, Floats] = field(default_factory=dict)
+    ends: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 4), dtype=np.int64))
+    measured: Floats = field(default_factory=lambda: no_rows(3))
+    information: Floats = field(default_factory=lambda: np.empty((0, 3, 3)))
 
 
 @dataclass
@@ -272,8 +246,7 @@ def _build_robots(tree: dict[str, Any] | list[Any]) -> list[RobotRecord]:
 
 
 def _build_pose_graph(tree: dict[str, Any]) -> PoseGraphRecord:
-    chains = {robot: ScanChain(**chain) for robot, chain in tree.get("chains", {}).items()}
-    return PoseGraphRecord(chains, [ScanEdge(**edge) for edge in tree.get("edges", [])])
+    return PoseGraphRecord(**tree)
 
 
 def _build_truth(tree: dict[str, Any]) -> TruthRecord:

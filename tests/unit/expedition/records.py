@@ -6,8 +6,6 @@ from expedition.results.record import (
     PoseGraphRecord,
     RobotRecord,
     RunRecord,
-    ScanChain,
-    ScanEdge,
     TruthRecord,
 )
 from mapping.geometry import Pose2
@@ -59,13 +57,11 @@ def full_record() -> RunRecord:
     truth = walled_room()
     ada = track([(0.6, 0.6), (1.6, 0.6), (2.6, 0.6), (3.2, 1.4)])
     bob = track([(0.6, 1.5), (0.6, 2.2), (1.6, 2.2), (2.4, 2.2)])
-    steps = np.repeat(np.diag([1e-4, 1e-4, 1e-5])[None], 4, axis=0)
     graph = PoseGraphRecord(
-        {
-            "bob": ScanChain(in_map(bob)[:, 1:], steps, bob[:, 1:]),
-            "ada": ScanChain(ada[:, 1:], steps),
-        },
-        [ScanEdge("ada", 3, "bob", 3, [0.1, 0.2, 0.3], np.diag([0.01, 0.01, 0.001]).tolist())],
+        {"bob": in_map(bob)[:, 1:], "ada": ada[:, 1:]},
+        np.array([(0, 0, 0, 1), (1, 0, 1, 1), (0, 3, 1, 3)]),
+        np.array([(1.0, 0.0, 0.3), (0.7, 0.1, 0.3), (0.1, 0.2, 0.3)]),
+        np.array([np.diag([1e4, 1e4, 1e5]), np.diag([1e4, 1e4, 1e5]), np.diag([1e2, 0.0, 1e3])]),
     )
     return RunRecord(
         team="auction",

@@ -79,7 +79,7 @@ def test_the_correction_grows_along_a_track() -> None:
 
 
 def test_a_node_knows_where_the_local_map_lay() -> None:
-    node = Node("a", SCAN, Pose2(2.0, 1.0, 0.5), Pose2(1.0, 1.0, 0.0), SURE, SURE)
+    node = Node("a", SCAN, Pose2(2.0, 1.0, 0.5), Pose2(1.0, 1.0, 0.0))
     assert (node.T_map_odom @ node.T_odom_base).distance_to(node.T_map_base) < 1e-12
 
 
