@@ -20,16 +20,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mapping.geometry import Floats, Pose2, fit_rigid, wrap_angle
+from server.crowd import SAME, View, lay_together
 from server.sighting_pairs import SightingPair, sure_pairs
 
-# Sightings this close to each other [m] are of the same disc.
-_SAME = 0.15
 # A robot that moved farther than this [m] from where it looked around no longer counts.
 STANDING = 0.1
 # A disc must have been seen so often.
 _SEEN_LEAST = 2
 # More discs than these are no teammates: who sees that much stands among posts, or talks nonsense.
 _DISCS_MOST = 32
+# So many guesses of who saw whom are weighed against each other in all combinations.
+_WEIGHED_MOST = 24
 # Error of a sighted place [m], most of it across the line of sight.
 _SIGMA = 0.02
 
@@ -101,7 +102,7 @@ class MutualSightings:
                 means = lookout.sums[:, :2] / lookout.sums[:, 2:]
                 off = np.hypot(means[:, 0] - place[0], means[:, 1] - place[1])
                 k = int(off.argmin())
-                if off[k] <= _SAME:
+                if off[k] <= SAME:
                     lookout.sums[k] += row[0]
                     continue
             if len(lookout.sums) < _DISCS_MOST:
@@ -126,8 +127,13 @@ class MutualSightings:
             for b in names[k + 1 :]:
                 T_a_b_told = told[a].inverse() @ told[b]
                 pairs += self._pairs(a, b, T_a_b_told, sigma, turn_sigma)
+        if len(pairs) <= _WEIGHED_MOST:
+            sure = sure_pairs(pairs)
+        else:
+            views = {name: View(at.place_odom, at.discs) for name, at in self._lookouts.items()}
+            sure = lay_together(pairs, {name: views[name] for name in names})
         found = {}
-        for pair in sure_pairs(pairs):
+        for pair in sure:
             one, other = self._lookouts[pair.a], self._lookouts[pair.b]
             turn = 2.0 * (_SIGMA / pair.apart) ** 2 + one.turn_variance + other.turn_variance
             for near, key, T in (
@@ -149,12 +155,12 @@ class MutualSightings:
                 places_a = np.stack((one.place_odom, seen_b))
                 places_b = np.stack((seen_a, other.place_odom))
                 apart = float(np.hypot(*(places_a[1] - places_a[0])))
-                if abs(apart - float(np.hypot(*(places_b[1] - places_b[0])))) > 0.5 * _SAME:
+                if abs(apart - float(np.hypot(*(places_b[1] - places_b[0])))) > 0.5 * SAME:
                     continue
                 T_a_b = fit_rigid(places_a, places_b)
                 reach = sigma + apart * turn_sigma + 0.1
                 if (
-                    apart > _SAME
+                    apart > SAME
                     and abs(wrap_angle(T_a_b.theta - T_a_b_told.theta)) <= turn_sigma + 0.05
                     and abs(T_a_b.x - T_a_b_told.x) <= reach
                     and abs(T_a_b.y - T_a_b_told.y) <= reach
@@ -177,5 +183,5 @@ def _in_common(discs_a: Floats, discs_b: Floats, T_a_b: Pose2, i: int, j: int) -
     theirs = T_a_b.apply(np.delete(discs_b, j, axis=0))
     mine = np.delete(discs_a, i, axis=0)
     off = np.hypot(*(mine[:, None, :] - theirs[None, :, :]).transpose(2, 0, 1))
-    near: int = int((off.min(axis=1, initial=np.inf) <= _SAME).sum())
+    near: int = int((off.min(axis=1, initial=np.inf) <= SAME).sum())
     return near

@@ -2,7 +2,8 @@
 
 Each pair of sightings that may be two robots seeing each other is a guess. Guesses exclude each
 other, and the team as a whole is explained by those that together explain the most: a pair counts
-one, and one more for each other disc that both see in the same place.
+one, and one more for each other disc that both see in the same place. All combinations are weighed,
+which takes long if there are many guesses; see `crowd` for those.
 """
 
 from __future__ import annotations
@@ -11,12 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mapping.geometry import Pose2
-
-# So many guesses are weighed against each other in all combinations. Of more, only those are
-# believed that explain more than each one that they exclude ...
-_WEIGHED_MOST = 24
-# ... by so many discs.
-_CLEARLY = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +47,8 @@ class SightingPair:
 
 def sure_pairs(pairs: Sequence[SightingPair]) -> list[SightingPair]:
     """Return the pairs without which the team is not explained as well."""
-    if len(pairs) <= _WEIGHED_MOST:
-        best = _best_choices(list(pairs), frozenset())
-        return [pair for pair in pairs if all(pair in choice for choice in best)]
-    return [
-        pair
-        for pair in pairs
-        if all(
-            pair.common >= other.common + _CLEARLY
-            for other in pairs
-            if other is not pair and pair.excludes(other)
-        )
-    ]
+    best = _best_choices(list(pairs), frozenset())
+    return [pair for pair in pairs if all(pair in choice for choice in best)]
 
 
 def _best_choices(

@@ -10,7 +10,7 @@ import numpy as np
 from mapping.correlative_search import SearchWindow
 from mapping.geometry import Floats
 from mapping.match_map import MatchMap
-from mapping.pose_graph import turned_covariance
+from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan_matching import MatchResult, match
 from mapping.scan_points import scan_points, turned_points
 from server.mutual_sightings import MutualSightings, Relation
@@ -53,21 +53,51 @@ def match_held(map_: MatchMap, member: Member, report: Report, seen: bool) -> Ma
 def seen_by_others(
     name: str, members: Mapping[str, Member], sightings: MutualSightings
 ) -> Relation | None:
-    """Return where a robot's local map lies in the team's by what robots saw of each other."""
+    """Return where a robot's local map lies in the team's by what robots saw of each other.
+
+    Those between may not be tied to the team's map themselves yet.
+    """
     told = {other: member.T_map_odom for other, member in members.items()}
     sigma = max(member.told[0] for member in members.values())
     turn_sigma = max(member.told[1] for member in members.values())
     # One frame was turned by its own error; so the offset's error may be longer than two.
     relations = sightings.relations(told, 3.0 * sigma, 2.0 * turn_sigma)
+    found = {
+        other: Relation(known.T_map_odom, np.zeros((3, 3)))
+        for other, known in members.items()
+        if known.aligned
+    }
+    while name not in found:
+        step = _surest_step(found, relations)
+        if step is None:
+            return None
+        found[step[0]] = step[1]
+    return found[name]
+
+
+def _surest_step(
+    found: Mapping[str, Relation], relations: Mapping[tuple[str, str], Relation]
+) -> tuple[str, Relation] | None:
+    """Return the robot whose heading is known best by those whose maps lie in the team's already.
+
+    Args:
+        found: how local maps lie in the team's, by robot, and the covariance of that, map frame.
+        relations: between local maps, see `MutualSightings.relations`.
+
+    Returns:
+        Its name, and how its local map lies in the team's; None if nobody found saw another.
+    """
     best = None
-    for other, known in members.items():
-        relation = relations.get((other, name))
-        if relation is None or not known.aligned:
+    for (one, other), relation in relations.items():
+        if one not in found or other in found:
             continue
-        T_map_odom = known.T_map_odom @ relation.T_a_b
-        covariance = turned_covariance(relation.covariance, -known.T_map_odom.theta)
-        if best is None or covariance[2, 2] < best.covariance[2, 2]:
-            best = Relation(T_map_odom, covariance)
+        T_map_one, known = found[one].T_a_b, found[one].covariance
+        T_map_other = T_map_one @ relation.T_a_b
+        dx, dy = T_map_other.x - T_map_one.x, T_map_other.y - T_map_one.y
+        covariance = carried_covariance(known, dx, dy)
+        covariance += turned_covariance(relation.covariance, -T_map_one.theta)
+        if best is None or covariance[2, 2] < best[1].covariance[2, 2]:
+            best = other, Relation(T_map_other, covariance)
     return best
 
 
