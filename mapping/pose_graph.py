@@ -6,7 +6,7 @@ what robots see may be wrong: far off, they pull with a bounded force at first, 
 close from afar, and then, near the optimum, the less the farther off they still are.
 
 Source: Grisetti, Kuemmerle, Stachniss & Burgard 2010, "A tutorial on graph-based SLAM"; the bounded
-force is Huber's (1964), the redescending one has the tail of Cauchy's weights.
+force is Huber's (1964).
 """
 
 from __future__ import annotations
@@ -20,10 +20,12 @@ from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2, pose_from
 from mapping.normal_equations import HELD, NormalEquations
 
-# A robust edge whose error exceeds this many standard deviations counts less.
-_ROBUST_FROM = 3.0
-# The last steps are taken with redescending weights.
-_LAST_STEPS = 4
+# A robust edge whose error exceeds this many standard deviations counts less. Comparisons with one
+# submap share its errors, so their covariances are kept large, and a deviation is rare.
+_ROBUST_FROM = 1.5
+# The powers by which they count less, and how many steps are taken with each: first a bounded force,
+# which draws large loops together, then less and less for those that stay apart.
+_POWERS = ((1, 8), (2, 4), (4, 8))
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,8 +99,11 @@ class PoseGraph:
         error = off.as_array()
         return error, float(error @ edge.information @ error)
 
-    def optimise(self, iterations: int = 8, tolerance: float = 1e-3) -> tuple[float, float]:
+    def optimise(self, tolerance: float = 1e-3) -> tuple[float, float]:
         """Move all nodes but the first to the graph's optimum (Gauss-Newton).
+
+        The weights of edges that may be wrong fall off faster and faster, which is graduated
+        non-convexity in three stages (Yang, Antonante, Tzoumas & Carlone 2020).
 
         Returns:
             The farthest any node was moved [m], and the most any was turned [rad].
@@ -107,7 +112,7 @@ class PoseGraph:
             return 0.0, 0.0
         before = self.poses.copy()
         system = self._system()
-        for power, steps in ((1, iterations), (2, _LAST_STEPS)):
+        for power, steps in _POWERS:
             for _ in range(steps):
                 system.fill(self.poses, _ROBUST_FROM, power)
                 step = system.step()
@@ -123,7 +128,7 @@ class PoseGraph:
         if not self.edges:
             return np.tile(np.eye(3) / HELD, (len(nodes), 1, 1))
         system = self._system()
-        system.fill(self.poses, _ROBUST_FROM, 2)
+        system.fill(self.poses, _ROBUST_FROM, _POWERS[-1][0])
         return system.covariances(nodes)
 
     def _system(self) -> NormalEquations:

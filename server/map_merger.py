@@ -38,6 +38,7 @@ from server.placing import (
 )
 from server.settings import MergerSettings
 from server.team_graph import TeamGraph
+from server.trail import Trail
 from server.tying import aligns, contradicts, match_held, search_window, seen_by_others
 
 __all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
@@ -73,6 +74,7 @@ class MapMerger:
         self.sightings = MutualSightings()
         self.members: dict[str, Member] = {}
         self.nodes: list[Node] = []
+        self._trails: dict[str, Trail] = {}
         self.dirty = EMPTY_BOX
 
     @property
@@ -154,7 +156,7 @@ class MapMerger:
         if not self._holds(report, T_map_base):
             return TOO_FAR
         member.covariance = member.covariance if stray else result.covariance
-        node = self.team.extend(name, report.scan, T_map_base, way)
+        node = self._extend(name, report, T_map_base, way)
         redrawn = False
         if self.team.strained(self.team.connect_loops(node, found)) or stray:
             self.team.settle()
@@ -272,6 +274,8 @@ class MapMerger:
             if k == 0:
                 nearest = graph.nearest(T_map_base)
                 node = self.team.begin(name, report.scan, T_map_base, covariance)
+                self._trails[name] = Trail(self.settings.loops.spans_m)
+                self._trails[name].begin(node, report)
                 if nearest is not None:
                     T_near_base = graph.pose(nearest).inverse() @ T_map_base
                     turned = turned_covariance(covariance, T_map_base.theta)
@@ -279,8 +283,15 @@ class MapMerger:
             else:
                 assert member.last is not None
                 way = way_between(member.last, report, report.track_odom, member.motion)
-                self.team.extend(name, report.scan, T_map_base, way)
+                self._extend(name, report, T_map_base, way)
             self._insert(name, member, report, T_map_odom)
+
+    def _extend(self, name: str, report: Report, T_map_base: Pose2, way: Way) -> int:
+        """Add a node to a robot's way, tied to the one before and to some long before."""
+        node = self.team.extend(name, report.scan, T_map_base, way)
+        for first, span in self._trails[name].add(node, report, way):
+            self.team.span(first, node, span)
+        return node
 
     def _insert(self, name: str, member: Member, report: Report, T_map_odom: Pose2) -> None:
         """Insert a scan at its corrected pose."""

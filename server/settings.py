@@ -23,6 +23,7 @@ class LoopSettings(_Settings):
         submap_scans: holds this many scans,
         submap_sigma_m: and ends when the way since its anchor is less sure than this,
         submap_sigma_deg: or this.
+        spans_m: of pieces of way this long a robot's own map is believed as a whole, see `trail`.
         enough: a submap is not kept when there are so many others whose anchors lie within
         enough_within_m: of its own.
         points: a scan must have this many end points at a submap's walls,
@@ -48,6 +49,7 @@ class LoopSettings(_Settings):
     submap_scans: Annotated[int, Field(ge=2)] = 30
     submap_sigma_m: Positive = 0.06
     submap_sigma_deg: Positive = 1.0
+    spans_m: tuple[Positive, ...] = (4.0, 16.0)
     enough: Annotated[int, Field(ge=1)] = 4
     enough_within_m: NotNegative = 2.0
     points: Annotated[int, Field(ge=3)] = 12

@@ -119,12 +119,16 @@ class TeamGraph:
         """
         chain = self.chains[robot]
         node = self._add(scan, T_map_base)
-        information: Floats = np.linalg.inv(way.covariance).astype(np.float64)
-        self.graph.connect(Edge(chain.node, node, way.T_last_base, information))
+        self.span(chain.node, node, way)
         chain.covariance, chain.driven = self._carried(chain, T_map_base, way)
         chain.node = node
         self._draw(chain, scan, T_map_base, way)
         return node
+
+    def span(self, first: int, last: int, way: Way) -> None:
+        """Connect two nodes of one robot by what its own map says of the way between them."""
+        information: Floats = np.linalg.inv(way.covariance).astype(np.float64)
+        self.graph.connect(Edge(first, last, way.T_last_base, information))
 
     def _add(self, scan: LaserScan, T_map_base: Pose2) -> int:
         self._scans.append(scan)

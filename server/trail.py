@@ -1,0 +1,124 @@
+"""What a robot's own map says of its way over many metres.
+
+A robot matches each scan with its own map, so its poses scatter around that map and hardly drift:
+a few tenths of a degree over thirty metres. The steps from one report to the next do not tell that:
+added up, their errors grow as if each were new. So the pose graph is told of longer pieces of way
+as well, each as a whole. They overlap, and what they have in common is counted several times; their
+covariances are larger by as much.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mapping.geometry import Floats, Pose2
+from mapping.pose_graph import carried_covariance, turned_covariance
+from server.placing import Report, Way, error_of_way
+
+# One scan's pose scatters by this around a robot's own map [m], [rad].
+_SCATTER = np.diag([0.007**2, 0.007**2, math.radians(0.14) ** 2])
+# The map itself drifts by this over a metre of way [m], [rad].
+_DRIFT = np.diag([0.005**2, 0.005**2, math.radians(0.06) ** 2])
+# So many spans of one length overlap at each place.
+_OVERLAP = 4
+
+
+@dataclass(frozen=True, slots=True)
+class _Stop:
+    """A node of the pose graph on a robot's way.
+
+    Attributes:
+        node: its number.
+        T_odom_base: the robot's pose there, in its own map.
+        covariance: (3, 3) of it, odom frame.
+        wheels: (3, 3) what the wheels alone got wrong since the stop before, odom frame.
+        driven: way driven so far [m].
+    """
+
+    node: int
+    T_odom_base: Pose2
+    covariance: Floats
+    wheels: Floats
+    driven: float
+
+
+class Trail:
+    """The last metres of one robot's way, as its own map has them."""
+
+    def __init__(self, lengths: Sequence[float]) -> None:
+        """Tell of spans of these lengths [m]."""
+        self._lengths = sorted(lengths)
+        self._stops: list[_Stop] = []
+        self._told = [0.0 for _ in lengths]
+
+    def begin(self, node: int, report: Report) -> None:
+        """Begin anew at a node: nothing is known of the way from those before."""
+        self._stops = [
+            _Stop(node, report.T_odom_base, report.covariance, np.zeros((3, 3)), self._driven)
+        ]
+
+    def add(self, node: int, report: Report, way: Way) -> list[tuple[int, Way]]:
+        """Go on to a node.
+
+        Args:
+            node: its number.
+            report: what was placed there.
+            way: how the robot came there from the node before.
+
+        Returns:
+            For each span that ends here: the node where it begins, and the way from there.
+        """
+        if way.by_wheels or not self._stops:
+            self.begin(node, report)
+            return []
+        driven = self._driven + math.hypot(way.T_last_base.x, way.T_last_base.y)
+        self._stops.append(_Stop(node, report.T_odom_base, report.covariance, way.wheels, driven))
+        spans = []
+        for k, length in enumerate(self._lengths):
+            first = self._first(length)
+            if first is None or driven - self._told[k] < length / _OVERLAP:
+                continue
+            self._told[k] = driven
+            spans.append((self._stops[first].node, self._way_from(first)))
+        self._forget()
+        return spans
+
+    @property
+    def _driven(self) -> float:
+        return self._stops[-1].driven if self._stops else 0.0
+
+    def _first(self, length: float) -> int | None:
+        """Return the last stop at least `length` [m] before the newest."""
+        for k in range(len(self._stops) - 2, -1, -1):
+            if self._driven - self._stops[k].driven >= length:
+                return k
+        return None
+
+    def _way_from(self, first: int) -> Way:
+        """Return the way from a stop to the newest."""
+        start, end = self._stops[first], self._stops[-1]
+        wheels = np.zeros((3, 3))
+        for before, stop in zip(self._stops[first:], self._stops[first + 1 :], strict=False):
+            dx = stop.T_odom_base.x - before.T_odom_base.x
+            dy = stop.T_odom_base.y - before.T_odom_base.y
+            wheels = carried_covariance(wheels, dx, dy) + stop.wheels
+        dx = end.T_odom_base.x - start.T_odom_base.x
+        dy = end.T_odom_base.y - start.T_odom_base.y
+        error = error_of_way(start.covariance, end.covariance, wheels, dx, dy)
+        error += carried_covariance(_SCATTER, dx, dy) + _SCATTER
+        # A heading that drifts evenly shifts the end by half of what it turned.
+        error += carried_covariance(_DRIFT * (end.driven - start.driven), 0.5 * dx, 0.5 * dy)
+        return Way(
+            start.T_odom_base.inverse() @ end.T_odom_base,
+            turned_covariance(_OVERLAP * error, end.T_odom_base.theta),
+        )
+
+    def _forget(self) -> None:
+        """Let go of stops that no span can begin at any more."""
+        farthest = self._first(self._lengths[-1]) if self._lengths else None
+        if farthest:
+            del self._stops[:farthest]
