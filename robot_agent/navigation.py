@@ -212,9 +212,14 @@ class Navigator:
         count = self._watch.recovering(scene.now, to_go)
         if count > settings.most_recoveries:
             return self._end("stuck", f"got nowhere after {count - 1} attempts")
+        # Where the way leads on is what it cannot pass: it may have turned aside by now.
+        path = self._planning.path
         ahead = here.apply((radius + _STUCK_AHEAD, 0.0)).reshape(1, 2)
+        if path is not None:
+            ahead = path.ahead(radius + _STUCK_AHEAD)[-1:]
         # A single bump may be the jamb of a door that is the only way: make it dear at first.
-        spot = Discs(ahead, settings.block_radius_m, hard=count > 1)
+        again = self._watch.stuck_here(here.x, here.y) > 1
+        spot = Discs(ahead, settings.block_radius_m, hard=again)
         self._planning.avoid(scene.now, spot)
         room = room_behind(scene.planning_map, here, scene.others, radius, settings.back_up_m)
         self._recovery = Recovery.begin(scene.now, here, room, count, settings)

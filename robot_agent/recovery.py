@@ -17,6 +17,8 @@ _BUMP_LASTS = 0.25
 _PROGRESS = 0.3
 # Way gained since a recovery after which it counts as a success [m].
 _SUCCESS = 1.5
+# A robot that got stuck within this of where it did before is stuck at the same thing [m].
+_SAME_PLACE = 0.6
 # The turn of a recovery, alternating sides [rad], and its end at the latest [s].
 _TURN = 0.8
 _TURN_LASTS = 1.5
@@ -34,6 +36,8 @@ class StallWatch:
         self._bumped_since: float | None = None
         self.recoveries = 0
         self._recovered_at_remaining = math.inf
+        self._stuck_at = (math.inf, math.inf)
+        self._stuck_times = 0
 
     def start(self, now: float) -> None:
         """Begin to watch the drive to a new goal."""
@@ -77,6 +81,13 @@ class StallWatch:
         self._bumped_since = None
         self.excuse(now)
         return self.recoveries
+
+    def stuck_here(self, x: float, y: float) -> int:
+        """Count that the robot got stuck at (x, y) [m]; return how often it did here, any goal."""
+        if math.hypot(x - self._stuck_at[0], y - self._stuck_at[1]) > _SAME_PLACE:
+            self._stuck_at, self._stuck_times = (x, y), 0
+        self._stuck_times += 1
+        return self._stuck_times
 
 
 @dataclass(slots=True)
