@@ -23,8 +23,8 @@ from mapping.normal_equations import HELD, NormalEquations
 # A robust edge whose error exceeds this many standard deviations counts less. Comparisons with one
 # submap share its errors, so their covariances are kept large, and a deviation is rare.
 _ROBUST_FROM = 1.5
-# The powers by which they count less, and how many steps are taken with each: first a bounded force,
-# which draws large loops together, then less and less for those that stay apart.
+# The powers by which they count less, and how many steps are taken with each: first a bounded
+# force, which draws large loops together, then less and less for those that stay apart.
 _POWERS = ((1, 8), (2, 4), (4, 8))
 
 

@@ -136,27 +136,33 @@ class Way:
     Attributes:
         T_last_base: the new pose in the one before.
         covariance: (3, 3) of it, in the frame of the new pose.
-        wheels: (3, 3) that the wheels alone would have given, in the odom frame.
+        error: (3, 3) of it as far as the robot drove blind, odom frame.
         by_wheels: whether only the wheels' word stands.
     """
 
     T_last_base: Pose2
     covariance: Floats
-    wheels: Floats = field(default_factory=lambda: np.zeros((3, 3)))
+    error: Floats = field(default_factory=lambda: np.zeros((3, 3)))
     by_wheels: bool = False
 
 
 def way_between(last: Report, report: Report, track_odom: Floats, motion: MotionModel) -> Way:
     """Return what a robot tells of its way from one report to the next.
 
-    If its pose moved so far that the wheels contradict, it closed a loop in its own map; then the
-    wheels' word stands, and the loop is closed here, all along the way.
+    Its word is at least as good as its wheels. Where its own map told it more, its covariance
+    stopped growing; where it came back to a part of its map it knew better, its pose moved by an
+    error as large as its uncertainty before. With P before and after, A = F P F' the old one
+    carried along, Q what the wheels add, and K = 1 - P (A + Q)^-1 the gain, the error of the way
+    is P - A + K A + A K'. If it moved so far that the wheels contradict, it closed a loop in its
+    own map; then the wheels' word stands, and the loop is closed here, all along the way.
 
     Args:
         last: the report before.
         report: the new one.
         track_odom: (n, 4) stamp, x, y, theta since the report before, the new pose last.
         motion: how wrong the robot's wheels are.
+
+    Source: the Kalman filter's errors before and after an update, subtracted (Kalman 1960).
     """
     before, after = _sane(last.covariance), _sane(report.covariance)
     pose, wheels = last.T_odom_base, np.zeros((3, 3))
@@ -171,35 +177,13 @@ def way_between(last: Report, report: Report, track_odom: Floats, motion: Motion
         allowed = turned_covariance(wheels, end.theta) + _LEAST
         if float(error @ np.linalg.solve(allowed, error)) > _WHEELS_CONTRADICT:
             return Way(T_wheels, allowed, wheels, by_wheels=True)
-    grown = error_of_way(before, after, wheels, end.x - start.x, end.y - start.y)
-    return Way(T_last_base, turned_covariance(grown, end.theta) + _LEAST, wheels)
-
-
-def error_of_way(before: Floats, after: Floats, wheels: Floats, dx: float, dy: float) -> Floats:
-    """Return the covariance (3, 3) of a way by what a robot knew at both ends, odom frame.
-
-    Its word is at least as good as its wheels. Where its own map told it more, its covariance
-    stopped growing; where it came back to a part of its map it knew better, its pose moved by an
-    error as large as its uncertainty before. With P before and after, A = F P F' the old one
-    carried along, Q what the wheels add, and K = 1 - P (A + Q)^-1 the gain, the error of the way
-    is P - A + K A + A K'.
-
-    Args:
-        before: (3, 3) covariance of its pose at the start, odom frame.
-        after: and at the end.
-        wheels: (3, 3) that the wheels alone would have added, odom frame.
-        dx: from start to end along x [m], odom frame.
-        dy: and along y.
-
-    Source: the Kalman filter's errors before and after an update, subtracted (Kalman 1960).
-    """
-    carried = carried_covariance(before, dx, dy)
+    carried = carried_covariance(before, end.x - start.x, end.y - start.y)
     kept = np.linalg.solve(carried + wheels + 1e-9 * np.eye(3), after).T
     lost = (np.eye(3) - kept) @ carried
     grown = after - carried + lost + lost.T
     strengths, directions = np.linalg.eigh(0.5 * (grown + grown.T))
-    error: Floats = (directions * np.maximum(strengths, 0.0)) @ directions.T
-    return error
+    grown = (directions * np.maximum(strengths, 0.0)) @ directions.T
+    return Way(T_last_base, turned_covariance(grown, end.theta) + _LEAST, grown)
 
 
 def _sane(covariance: Floats) -> Floats:

@@ -89,6 +89,7 @@ class TeamGraph:
         self.closed = 0
         self._scans: list[LaserScan] = []
         self._drawn_in: list[int] = []  # by node, the anchor of the submap its scan was drawn in
+        self._ties: Counter[tuple[int, int]] = Counter()  # comparisons between two submaps
         self._unsettled = 0
         self._settled = 0
         self._map_settings = map_settings
@@ -119,16 +120,18 @@ class TeamGraph:
         """
         chain = self.chains[robot]
         node = self._add(scan, T_map_base)
-        self.span(chain.node, node, way)
+        self.graph.connect(_step(chain.node, node, way, robust=False))
         chain.covariance, chain.driven = self._carried(chain, T_map_base, way)
         chain.node = node
         self._draw(chain, scan, T_map_base, way)
         return node
 
     def span(self, first: int, last: int, way: Way) -> None:
-        """Connect two nodes of one robot by what its own map says of the way between them."""
-        information: Floats = np.linalg.inv(way.covariance).astype(np.float64)
-        self.graph.connect(Edge(first, last, way.T_last_base, information))
+        """Connect two nodes of one robot by what its own map says of the way between them.
+
+        It may be wrong: now and then a robot takes one thing for another, and its map is bent.
+        """
+        self.graph.connect(_step(first, last, way, robust=True))
 
     def _add(self, scan: LaserScan, T_map_base: Pose2) -> int:
         self._scans.append(scan)
@@ -266,14 +269,13 @@ class TeamGraph:
         overlap it as well. Of a large team's scans every so many are taken, which bounds the work.
         """
         nodes = list(range(0, len(self.graph), 1 + len(self.graph) // self.settings.again_most))
-        ties = Counter(self._pair(edge.i, edge.j) for edge in self.graph.edges if edge.robust)
         covariances = self.graph.covariances(nodes)
         for node, covariance in zip(nodes, covariances, strict=True):
             scan, T_map_base = self._scans[node], self.graph.pose(node)
             for submap in self.submaps:
                 T_map_anchor = self.graph.pose(submap.anchor)
                 pair = self._pair(submap.anchor, node)
-                if pair[0] == pair[1] or ties[pair] >= self.settings.firm:
+                if pair[0] == pair[1] or self._ties[pair] >= self.settings.firm:
                     continue
                 if T_map_anchor.distance_to(T_map_base) > 2.0 * scan.range_max:
                     continue
@@ -286,7 +288,6 @@ class TeamGraph:
                 match = compare(submap.map, scan, guess, prior, self.settings)
                 if match is not None:
                     self._connect(submap, node, match)
-                    ties[pair] += 1
 
     def _pair(self, i: int, j: int) -> tuple[int, int]:
         """Return the anchors of the submaps in which two nodes were drawn, the earlier first."""
@@ -334,6 +335,7 @@ class TeamGraph:
         information = blurred_information(information, FLOOR)
         edge = Edge(submap.anchor, node, T_anchor_base, information, robust=True)
         self.graph.connect(edge)
+        self._ties[self._pair(submap.anchor, node)] += 1
         return edge
 
     def _moved(self, last: Pose2, now: Pose2) -> bool:
@@ -365,6 +367,12 @@ class TeamGraph:
         T_map_anchor = self.graph.pose(submap.anchor)
         dx, dy = T_map_base.x - T_map_anchor.x, T_map_base.y - T_map_anchor.y
         return _positive(driven - carried_covariance(submap.driven, dx, dy))
+
+
+def _step(i: int, j: int, way: Way, robust: bool) -> Edge:
+    """Return the edge between the nodes at both ends of a way."""
+    information: Floats = np.linalg.inv(way.covariance).astype(np.float64)
+    return Edge(i, j, way.T_last_base, information, robust)
 
 
 def _positive(covariance: Floats) -> Floats:

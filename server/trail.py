@@ -17,14 +17,18 @@ import numpy as np
 
 from mapping.geometry import Floats, Pose2
 from mapping.pose_graph import carried_covariance, turned_covariance
-from server.placing import Report, Way, error_of_way
+from server.placing import Report, Way
 
 # One scan's pose scatters by this around a robot's own map [m], [rad].
 _SCATTER = np.diag([0.007**2, 0.007**2, math.radians(0.14) ** 2])
 # The map itself drifts by this over a metre of way [m], [rad].
 _DRIFT = np.diag([0.005**2, 0.005**2, math.radians(0.06) ** 2])
-# So many spans of one length overlap at each place.
+# A step that a robot saw this well or better adds nothing to the drift of its map [m]; a turn
+# counts like a shift at a distance of so much [m].
+_SEEN, _LEVER = 0.015, 2.5
+# So many spans of one length overlap at each place, and their errors are the same in part.
 _OVERLAP = 4
+_COUNTED = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,15 +38,14 @@ class _Stop:
     Attributes:
         node: its number.
         T_odom_base: the robot's pose there, in its own map.
-        covariance: (3, 3) of it, odom frame.
-        wheels: (3, 3) what the wheels alone got wrong since the stop before, odom frame.
+        blind: (3, 3) covariance of the step from the stop before, as far as it was blind, in the
+            odom frame.
         driven: way driven so far [m].
     """
 
     node: int
     T_odom_base: Pose2
-    covariance: Floats
-    wheels: Floats
+    blind: Floats
     driven: float
 
 
@@ -57,9 +60,7 @@ class Trail:
 
     def begin(self, node: int, report: Report) -> None:
         """Begin anew at a node: nothing is known of the way from those before."""
-        self._stops = [
-            _Stop(node, report.T_odom_base, report.covariance, np.zeros((3, 3)), self._driven)
-        ]
+        self._stops = [_Stop(node, report.T_odom_base, np.zeros((3, 3)), self._driven)]
 
     def add(self, node: int, report: Report, way: Way) -> list[tuple[int, Way]]:
         """Go on to a node.
@@ -76,7 +77,7 @@ class Trail:
             self.begin(node, report)
             return []
         driven = self._driven + math.hypot(way.T_last_base.x, way.T_last_base.y)
-        self._stops.append(_Stop(node, report.T_odom_base, report.covariance, way.wheels, driven))
+        self._stops.append(_Stop(node, report.T_odom_base, _blind_part(way.error), driven))
         spans = []
         for k, length in enumerate(self._lengths):
             first = self._first(length)
@@ -101,20 +102,19 @@ class Trail:
     def _way_from(self, first: int) -> Way:
         """Return the way from a stop to the newest."""
         start, end = self._stops[first], self._stops[-1]
-        wheels = np.zeros((3, 3))
+        error = np.zeros((3, 3))
         for before, stop in zip(self._stops[first:], self._stops[first + 1 :], strict=False):
             dx = stop.T_odom_base.x - before.T_odom_base.x
             dy = stop.T_odom_base.y - before.T_odom_base.y
-            wheels = carried_covariance(wheels, dx, dy) + stop.wheels
+            error = carried_covariance(error, dx, dy) + stop.blind
         dx = end.T_odom_base.x - start.T_odom_base.x
         dy = end.T_odom_base.y - start.T_odom_base.y
-        error = error_of_way(start.covariance, end.covariance, wheels, dx, dy)
         error += carried_covariance(_SCATTER, dx, dy) + _SCATTER
         # A heading that drifts evenly shifts the end by half of what it turned.
         error += carried_covariance(_DRIFT * (end.driven - start.driven), 0.5 * dx, 0.5 * dy)
         return Way(
             start.T_odom_base.inverse() @ end.T_odom_base,
-            turned_covariance(_OVERLAP * error, end.T_odom_base.theta),
+            turned_covariance(_COUNTED * error, end.T_odom_base.theta),
         )
 
     def _forget(self) -> None:
@@ -122,3 +122,12 @@ class Trail:
         farthest = self._first(self._lengths[-1]) if self._lengths else None
         if farthest:
             del self._stops[:farthest]
+
+
+def _blind_part(error: Floats) -> Floats:
+    """Return the covariance (3, 3) of a step less what is usual for one whose robot sees walls."""
+    scale = np.outer((1.0, 1.0, _LEVER), (1.0, 1.0, _LEVER))
+    strengths, directions = np.linalg.eigh(error * scale)
+    kept = np.maximum(strengths - _SEEN**2, 0.0)
+    blind: Floats = (directions * kept) @ directions.T / scale
+    return blind
