@@ -25,10 +25,10 @@ _SCATTER = np.diag([0.007**2, 0.007**2, math.radians(0.14) ** 2])
 _DRIFT = np.diag([0.005**2, 0.005**2, math.radians(0.06) ** 2])
 # A step that a robot saw this well or better adds nothing to the drift of its map [m]; a turn
 # counts like a shift at a distance of so much [m].
-_SEEN, _LEVER = 0.015, 2.5
+_SEEN, _LEVER = 0.03, 2.5
 # So many spans of one length overlap at each place, and their errors are the same in part.
 _OVERLAP = 4
-_COUNTED = 2.0
+_COUNTED = 4.0
 
 
 @dataclass(frozen=True, slots=True)
