@@ -57,7 +57,7 @@ class LoopSettings(_Settings):
     fit_at_once: float = 0.8
     compared: Annotated[int, Field(ge=0)] = 3
     again_m: Positive = 0.5
-    again_most: Annotated[int, Field(ge=1)] = 200
+    again_most: Annotated[int, Field(ge=1)] = 100
     firm: Annotated[int, Field(ge=1)] = 4
     search_from_m: Positive = 0.1
     window_m: Positive = 2.0
