@@ -17,6 +17,12 @@ NEIGHBOURHOOD = 0.25
 # ... and at most this many beams to either side, which bounds the work close to walls.
 NEIGHBOURS = 12
 
+# Far away, where a wall is met at a slant, the next end point on it lies farther off than that.
+# Two end points in a row belong to one surface if no beam meets it flatter than this [rad] ...
+FLATTEST = math.radians(7.0)
+# ... and three in a row if they scatter about a line by no more than this [m].
+SCATTER = 0.04
+
 # The neighbours on one side alone must fit a line this much better than those on both sides
 # (ratio of variances) for a corner.
 CORNER = 0.4
@@ -88,7 +94,9 @@ def _fit_normals(points: Floats, laser_x: float, laser_y: float) -> None:
     """Fit a line through the neighbours of each end point; put its normal beside it.
 
     Where the line through the neighbours on both sides fits badly, there is a corner: then the
-    better of the two sides alone counts.
+    better of the two sides alone counts. An end point without near neighbours may still lie on a
+    wall that the beams meet at a slant. That wall faces sideways; taken to face the laser, half of
+    all such walls would count as seen from behind, and be matched with their other face.
     """
     for i in range(points.shape[0]):
         to_x, to_y = laser_x - points[i, 0], laser_y - points[i, 1]
@@ -101,9 +109,63 @@ def _fit_normals(points: Floats, laser_x: float, laser_y: float) -> None:
                 if beams >= 3 and side_width < CORNER * width:
                     angle, width = side_angle, side_width / CORNER
             nx, ny = -math.sin(angle), math.cos(angle)
-            if nx * to_x + ny * to_y < 0.0:
-                nx, ny = -nx, -ny
+        else:
+            slanted, angle = _fit_slanted(points, i, laser_x, laser_y)
+            if slanted:
+                nx, ny = -math.sin(angle), math.cos(angle)
+        if nx * to_x + ny * to_y < 0.0:
+            nx, ny = -nx, -ny
         points[i, 2], points[i, 3] = nx, ny
+
+
+@compiled
+def _fit_slanted(points: Floats, i: int, laser_x: float, laser_y: float) -> tuple[bool, float]:
+    """Return whether end point `i` lies on a slanted wall, and the wall's direction [rad].
+
+    Of the three end points in a row with `i` among them those count that fit a line best.
+    """
+    best, angle = SCATTER * SCATTER, math.nan
+    for first in range(max(0, i - 2), min(i, points.shape[0] - 3) + 1):
+        if _joined(points, first, laser_x, laser_y) and _joined(
+            points, first + 1, laser_x, laser_y
+        ):
+            direction, scatter = _line_of_three(points, first)
+            if scatter < best:
+                best, angle = scatter, direction
+    return not math.isnan(angle), angle
+
+
+@compiled
+def _joined(points: Floats, i: int, laser_x: float, laser_y: float) -> bool:
+    """Whether end points `i` and `i` + 1 may lie on one surface, by how flat a beam would meet it.
+
+    Source: Borges & Aldon 2004, "Line extraction in 2D range images for mobile robotics", the
+    adaptive breakpoint detector.
+    """
+    ax, ay = points[i, 0] - laser_x, points[i, 1] - laser_y
+    dx, dy = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
+    distance = math.sqrt(dx * dx + dy * dy)
+    # The sine of the angle between surface and beam, times both lengths.
+    across = abs(ax * dy - ay * dx)
+    joined: bool = across >= math.sin(FLATTEST) * distance * math.sqrt(ax * ax + ay * ay)
+    return joined
+
+
+@compiled
+def _line_of_three(points: Floats, first: int) -> tuple[float, float]:
+    """Return direction [rad] and scatter across [m^2] of the line through three end points."""
+    sx = sy = sxx = sxy = syy = 0.0
+    for j in range(first, first + 3):
+        x, y = points[j, 0] - points[first, 0], points[j, 1] - points[first, 1]
+        sx += x
+        sy += y
+        sxx += x * x
+        sxy += x * y
+        syy += y * y
+    cxx, cxy, cyy = sxx - sx * sx / 3.0, sxy - sx * sy / 3.0, syy - sy * sy / 3.0
+    half = 0.5 * (cxx - cyy)
+    scatter = 0.5 * (cxx + cyy) - math.sqrt(half * half + cxy * cxy)
+    return 0.5 * math.atan2(2.0 * cxy, cxx - cyy), scatter
 
 
 @compiled

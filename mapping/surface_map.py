@@ -9,8 +9,10 @@ Source: Biber & Strasser 2003 (normal distributions), Censi 2008 (distances poin
 lookup is the feature transform that goes with a truncated distance transform.
 
 A thin wall has two faces, a few centimetres apart, seen from its two sides. They must not be
-mistaken for each other, or every doorway bends the map. So there are two layers of surfels, and an
-end point belongs to one of them by the direction its surface faces.
+mistaken for each other, or every doorway bends the map. So there are three layers of surfels, and
+an end point belongs to one of them by the direction its surface faces. With two, a wall that runs
+along the line between the halves would have both its faces in both; with three the directions of
+opposite faces would have to be off by 60 degrees together.
 """
 
 from __future__ import annotations
@@ -29,10 +31,11 @@ from mapping.grid import CellBox, GridGeometry, OccupancyGrid, Padding
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
-# Surfaces facing one half of all directions live in layer 0, the others in layer 1. The line
-# between the halves is askew, as most walls run along or across a robot's first pose.
-LAYERS = 2
-FACING_X, FACING_Y = math.cos(math.radians(64.0)), math.sin(math.radians(64.0))
+# Each layer takes the surfaces that face one third of all directions. The lines between the thirds
+# are askew, as most walls run along or across a robot's first pose.
+LAYERS = 3
+ASKEW_X, ASKEW_Y = math.cos(math.radians(15.0)), math.sin(math.radians(15.0))
+TAN_30 = math.tan(math.radians(30.0))
 
 # Distances are kept as squares in cells, one byte each; this byte says "no wall within reach".
 FAR = 255
@@ -75,10 +78,10 @@ class SurfaceMap:
 
     Attributes:
         settings: how surfaces are made.
-        closest: (2, rows, cols) int32, the surfel of the closest occupied cell in reach, else -1,
+        closest: (3, rows, cols) int32, the surfel of the closest occupied cell in reach, else -1,
             by layer.
-        squared: (2, rows, cols) uint8, squared distance to that cell [cells^2], else 255.
-        owned: (2, rows, cols) int32, the surfel of the cell itself, -1 if no end point fell in.
+        squared: (3, rows, cols) uint8, squared distance to that cell [cells^2], else 255.
+        owned: (3, rows, cols) int32, the surfel of the cell itself, -1 if no end point fell in.
         scans: number of scans taken in.
         count: number of surfels.
         cells: (capacity, 3) int32, their layers and cells (layer, iy, ix).
@@ -176,14 +179,17 @@ def _enlarged(array: npt.NDArray[_Scalar], rows: int) -> npt.NDArray[_Scalar]:
 
 
 def _padded(layers: npt.NDArray[_Scalar], padding: Padding, fill: float) -> npt.NDArray[_Scalar]:
-    """Return all layers (2, rows, cols) grown by a padding."""
+    """Return all layers (3, rows, cols) grown by a padding."""
     return np.stack([padding.pad(layer, fill) for layer in layers])
 
 
 @compiled
 def layer_of(nx: float, ny: float) -> int:
     """Return the layer of a surface that faces the direction (nx, ny)."""
-    return 0 if nx * FACING_X + ny * FACING_Y >= 0.0 else 1
+    along, across = nx * ASKEW_X + ny * ASKEW_Y, ny * ASKEW_X - nx * ASKEW_Y
+    if across >= 0.0:
+        return 0 if along >= -across * TAN_30 else 1
+    return 2 if along >= across * TAN_30 else 1
 
 
 @compiled

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mapping.geometry import Pose2
 from mapping.scan import LaserScan
 from mapping.scan_points import scan_points, turned_points
-from tests.unit.mapping.rectangle import rectangle_scan
+from tests.unit.mapping.rectangle import corridor_scan, rectangle_scan
 
 
 def test_points_are_the_scans_end_points_in_order():
@@ -32,6 +32,28 @@ def test_a_lone_end_point_faces_the_laser():
     points = scan_points(LaserScan(ranges, 0.0, math.pi / 2, 8.0, 0.0))
     assert points.shape == (1, 4)
     assert np.allclose(points[0], [0.0, 2.0, 0.0, -1.0], atol=1e-6)
+
+
+def test_a_wall_met_at_a_slant_faces_sideways_however_far_apart_its_end_points_are():
+    T_corridor_base = Pose2(0.0, 0.0, 0.3)
+    points = scan_points(corridor_scan(T_corridor_base, half_width=0.7, beams=120))
+    ahead = turned_points(points, T_corridor_base)
+    ahead = ahead[ahead[:, 0] > 2.0]
+    assert len(ahead) >= 6 and np.hypot(*np.diff(ahead[:2, :2], axis=0)[0]) > 0.25
+    assert np.allclose(ahead[:, 2], 0.0, atol=1e-3)
+    assert np.allclose(ahead[:, 3], -np.sign(ahead[:, 1]), atol=1e-3)
+
+
+def test_three_things_one_behind_the_other_are_no_wall():
+    ranges = np.array([2.0, 4.0, 7.0], dtype=np.float32)
+    points = scan_points(LaserScan(ranges, 0.0, math.radians(1.0), 8.0, 0.0))
+    assert np.allclose(points[:, 2:], -points[:, :2] / ranges[:, None], atol=1e-6)
+
+
+def test_three_end_points_off_any_line_face_the_laser():
+    ranges = np.array([5.0, 4.5, 5.0], dtype=np.float32)
+    points = scan_points(LaserScan(ranges, 0.0, math.radians(6.0), 8.0, 0.0))
+    assert np.allclose(points[:, 2:], -points[:, :2] / ranges[:, None], atol=1e-6)
 
 
 def test_an_end_point_on_the_laser_has_a_normal_all_the_same():

@@ -34,10 +34,12 @@ def surfel_at(grid: OccupancyGrid, surfaces: SurfaceMap, x: float, y: float, lay
     return surfaces.surfels[surfaces.closest[(layer, *grid.geometry.cell_at(x, y))]]
 
 
-def test_opposite_directions_lie_in_different_layers():
-    for angle in np.linspace(-3.0, 3.0, 13):
-        nx, ny = np.cos(angle), np.sin(angle)
-        assert layer_of(nx, ny) != layer_of(-nx, -ny)
+def test_opposite_directions_lie_in_different_layers_even_if_both_are_off():
+    for angle in np.linspace(-np.pi, np.pi, 73):
+        for off in np.radians([-29.0, 0.0, 29.0]):
+            back = angle + np.pi + off
+            front = layer_of(np.cos(angle - off), np.sin(angle - off))
+            assert front != layer_of(np.cos(back), np.sin(back))
 
 
 def test_walls_lie_where_the_end_points_were_finer_than_a_cell():
