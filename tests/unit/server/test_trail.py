@@ -71,5 +71,5 @@ def test_lengths_do_not_hinder_each_other_and_old_stops_are_forgotten() -> None:
 def test_a_step_that_is_seen_well_is_not_blind() -> None:
     assert _blind_part(np.diag([1e-4, 1e-4, 1e-5])) == pytest.approx(np.zeros((3, 3)))
     some = _blind_part(np.diag([1e-4, 0.04, 1e-5]))
-    assert some[1, 1] == pytest.approx(0.04, rel=0.01)
+    assert some[1, 1] == pytest.approx(0.04, rel=0.05)
     assert some[0, 0] == pytest.approx(0.0)
