@@ -47,6 +47,13 @@ class CellBox:
             max(self.ix1, other.ix1),
         )
 
+    def overlaps(self, other: CellBox) -> bool:
+        """Whether the boxes have a cell in common."""
+        return (
+            max(self.iy0, other.iy0) < min(self.iy1, other.iy1)
+            and max(self.ix0, other.ix0) < min(self.ix1, other.ix1)
+        )  # fmt: skip
+
     def shifted(self, rows: int, cols: int) -> CellBox:
         """Return the box moved by whole cells."""
         return CellBox(self.iy0 + rows, self.ix0 + cols, self.iy1 + rows, self.ix1 + cols)

@@ -59,7 +59,7 @@ class BlockMap:
         geometry = self._map.geometry
         if self._made_of is not self._map.classes:  # the map has grown or was replaced
             self._make()
-        for box in self._changed:
+        for box in joined(self._changed):
             if self._weight_of_byte is not None:
                 self.gains.fine_weight[box.slices] = self._counts(box)
             around = box.dilated(self._map.body_cells, geometry)
@@ -90,3 +90,15 @@ class BlockMap:
         """Return how much each cell of a box counts when it is unknown."""
         assert self._weight_of_byte is not None
         return self._weight_of_byte[self._map.cells[box.slices].view(np.uint8)]
+
+
+def joined(boxes: Iterable[CellBox]) -> list[CellBox]:
+    """Return boxes that hold the same cells; those that overlap are joined to one."""
+    apart: list[CellBox] = []
+    for box in boxes:
+        while over := [other for other in apart if box.overlaps(other)]:
+            apart = [other for other in apart if other not in over]
+            for other in over:
+                box = box.union(other)
+        apart.append(box)
+    return apart

@@ -79,6 +79,8 @@ class Work:
                 "task": None if task is None else task.id,
                 "kind": None if task is None else task.kind,
                 "goal": None if task is None else list(task.goal),
+                "gain_m2": None if task is None else round(task.gain, 2),
+                "cost_m": None if task is None else round(task.cost, 2),
                 "reason": reason,
             }
         )

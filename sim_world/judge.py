@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mapping.geometry import Floats, Pose2, fit_rigid
-from mapping.grid import GridGeometry, classify, geometry_around
+from mapping.grid import UNKNOWN, CellBox, GridGeometry, classify, geometry_around
 from protocol.map_cells import LARGEST_CELLS, dequantise, unpack_cells
 from protocol.messages import MapDelta, MapSnapshot, Message, TeamPoses
 from sim_world.truth import CoverageJudge
@@ -43,6 +43,7 @@ class Judge:
     _paired: int = 0
     _changed: bool = False
     _class_of_byte: npt.NDArray[np.uint8] = field(init=False)
+    _classes: npt.NDArray[np.uint8] = field(default_factory=lambda: np.zeros((0, 0), np.uint8))
 
     def __post_init__(self) -> None:
         """Look up once what class each cell's byte stands for."""
@@ -83,13 +84,14 @@ class Judge:
 
     def classes(self) -> npt.NDArray[np.uint8]:
         """Return the class of each cell of the map as heard so far, (rows, cols)."""
-        return self._class_of_byte.take(self.cells.view(np.uint8))
+        return self._classes
 
     def _snapshot(self, message: MapSnapshot) -> None:
         self.geometry = GridGeometry(
             message.resolution_m, message.origin_x_m, message.origin_y_m, message.rows, message.cols
         )
         self.cells = unpack_cells(message.cells, message.rows, message.cols)
+        self._classes = self._classes_of(self.cells)
         self.number, self._changed = message.number, True
 
     def _delta(self, message: MapDelta) -> None:
@@ -103,15 +105,22 @@ class Judge:
         if self.geometry is None:
             self.geometry = geometry_around(x + half, y + half, far_x, far_y, resolution)
             self.cells = np.zeros(self.geometry.shape, np.int8)
+            self._classes = np.full(self.geometry.shape, UNKNOWN, np.uint8)
         larger, padding = self.geometry.grown(x + half, y + half, far_x, far_y)
         if larger.rows * larger.cols > LARGEST_CELLS:
             raise ValueError(f"a map of {larger.rows} x {larger.cols} cells is not believed")
         self.geometry = larger
         if not padding.none or not self.cells.flags.writeable:
             self.cells = padding.pad(self.cells, 0)
+            self._classes = padding.pad(self._classes, UNKNOWN)
         iy, ix = self.geometry.cell_at(x + half, y + half)
-        self.cells[iy : iy + message.rows, ix : ix + message.cols] = cells
+        box = CellBox(iy, ix, iy + message.rows, ix + message.cols)
+        self.cells[box.slices] = cells
+        self._classes[box.slices] = self._classes_of(cells)
         self.number, self._changed = message.number, True
+
+    def _classes_of(self, cells: npt.NDArray[np.int8]) -> npt.NDArray[np.uint8]:
+        return self._class_of_byte[cells.view(np.uint8)]
 
     def _poses(self, message: TeamPoses, truth: dict[str, Pose2]) -> None:
         """Keep where robots believe to be beside where they are."""

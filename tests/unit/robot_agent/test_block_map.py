@@ -5,10 +5,11 @@ import pytest
 
 from mapping.coarse_gain import coarsen_classes
 from mapping.coarse_weights import coarsen_weights
+from mapping.grid import CellBox
 from mapping.information_gain import entropy_weight, roomy_classes
 from protocol.map_cells import dequantise, pack_cells
 from protocol.messages import MapDelta
-from robot_agent.block_map import BlockMap
+from robot_agent.block_map import BlockMap, joined
 from robot_agent.navigation_settings import PlanningMapSettings
 from robot_agent.planning_map import PlanningMap
 
@@ -51,3 +52,11 @@ def test_blocks_follow_the_map_wherever_it_changes(by_probability: bool) -> None
         np.testing.assert_array_equal(blocks.gains.weight, anew.weight)
         np.testing.assert_array_equal(blocks.gains.fine_weight, anew.fine_weight)
         np.testing.assert_array_equal(blocks.weights, coarsen_weights(planning_map.weights, 2))
+
+
+def test_boxes_that_overlap_are_joined_until_none_do() -> None:
+    left, right, bridge = CellBox(0, 0, 2, 2), CellBox(0, 4, 2, 6), CellBox(1, 1, 2, 5)
+    far = CellBox(8, 8, 9, 9)
+    assert joined([left, right]) == [left, right]
+    assert joined([left, right, far, bridge]) == [far, CellBox(0, 0, 2, 6)]
+    assert joined([]) == []

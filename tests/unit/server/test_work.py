@@ -88,3 +88,9 @@ def test_no_tasks_no_deadline(work: Work, anna: Member) -> None:
     work.contact(anna, 1.0)
     work.expire(anna, "lost", 1.0)
     assert work.happenings == []
+
+
+def test_an_award_is_on_record_with_what_it_should_bring_and_cost(work: Work, anna: Member) -> None:
+    anna.node.add(work.leaf("anna", "explore", (1.0, 2.0), gain=12.25, cost=6.5), 0.0)
+    (award,) = [event for event in work.happenings if event["event"] == "awarded"]
+    assert (award["gain_m2"], award["cost_m"]) == (12.25, 6.5)
