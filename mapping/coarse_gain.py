@@ -149,6 +149,23 @@ def coarse_information_gains(
     return gains, boxes
 
 
+def coarse_grounds(cells: Cells, boxes: Cells, factor: int) -> Cells:
+    """Return boxes (N, 4) around all fine cells on which coarse gains depend, half open.
+
+    A flood depends on the cells it covered and on those one block around, and on where it starts;
+    the rest of the circle of the sensor's range does not matter.
+
+    Args:
+        cells: (N, 2) int64, the frontier cells.
+        boxes: (N, 4) from `coarse_information_gains`.
+        factor: fine cells along a block's edge.
+    """
+    start = START_CELLS + factor
+    low = np.minimum(boxes[:, :2] - factor, cells - start)
+    high = np.maximum(boxes[:, 2:] + factor, cells + 1 + start)
+    return np.concatenate((low, high), axis=1)
+
+
 @compiled
 def _coarse_gains(
     visits: npt.NDArray[np.int32],

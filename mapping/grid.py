@@ -210,6 +210,16 @@ class GridGeometry:
             self.cols + padding.left + padding.right,
         )
 
+    def cropped(self, box: CellBox) -> GridGeometry:
+        """Return the geometry of the cells of a box of this one."""
+        return GridGeometry(
+            self.resolution,
+            self.origin_x + box.ix0 * self.resolution,
+            self.origin_y + box.iy0 * self.resolution,
+            box.iy1 - box.iy0,
+            box.ix1 - box.ix0,
+        )
+
     def padding_to(self, larger: GridGeometry) -> Padding:
         """Return the padding that makes this geometry into `larger`.
 
@@ -271,6 +281,22 @@ class OccupancyGrid:
             self.log_odds = padding.pad(self.log_odds, 0.0)
             self.geometry = geometry
         return padding
+
+    def crop(self, margin: int) -> CellBox:
+        """Let go, in place, of all around what is known; return the box of cells that stay.
+
+        Args:
+            margin: so many cells around what is known stay, too.
+        """
+        known = self.log_odds != 0.0
+        rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
+        if len(rows) == 0:
+            return self.geometry.box
+        box = CellBox(int(rows[0]), int(cols[0]), int(rows[-1]) + 1, int(cols[-1]) + 1)
+        box = box.dilated(margin, self.geometry)
+        self.log_odds = self.log_odds[box.slices].copy()
+        self.geometry = self.geometry.cropped(box)
+        return box
 
     def probability(self) -> npt.NDArray[np.float32]:
         """Return the probability of occupancy of each cell, (rows, cols) float32."""

@@ -82,6 +82,13 @@ class MatchMap:
         rows, cols = self.grid.geometry.shape
         self.surfaces.refresh(self.grid, CellBox(0, 0, rows, cols))
 
+    def seal(self) -> None:
+        """Let go of what only inserting needs, and of cells nobody saw: more than half of it all.
+
+        Scans can still be matched, to the same result; none can be inserted any more.
+        """
+        self.surfaces.seal(self.grid.crop(self.surfaces.settings.reach))
+
     def _integrate(self, scan: LaserScan, T_map_base: Pose2, cautious: bool) -> CellBox:
         """Fuse a scan into the grid and its end points into the walls, which are not fitted yet."""
         depth = self.settings.integration.depth * self.settings.resolution

@@ -158,6 +158,20 @@ class SurfaceMap:
         )  # fmt: skip
         self.dirty[: self.count] = False
 
+    def seal(self, box: CellBox) -> None:
+        """Keep, of the cells of a box, what matching needs: no scan can be taken in any more.
+
+        Follows `OccupancyGrid.crop`.
+        """
+        rows, cols = box.slices
+        self.closest = self.closest[:, rows, cols].copy()
+        self.squared = self.squared[:, rows, cols].copy()
+        self.owned = np.zeros((LAYERS, 0, 0), dtype=np.int32)
+        self.surfels = self.surfels[: self.count].copy()
+        self.occupied = self.occupied[: self.count].copy()
+        self.cells, self.sums = np.zeros((0, 3), dtype=np.int32), np.zeros((0, 6))
+        self.dirty = np.zeros(0, dtype=np.bool_)
+
     def _reserve(self, more: int) -> None:
         """Make room for `more` surfels."""
         capacity = len(self.occupied)

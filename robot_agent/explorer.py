@@ -10,11 +10,13 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from mapping.coarse_gain import coarse_grounds, coarse_information_gains
 from mapping.frontier_tour import values_after
 from mapping.frontiers import find_frontiers
 from mapping.gain_cache import GainCache
 from mapping.geometry import Floats, Pose2
 from mapping.grid import CellBox, Cells
+from mapping.visible_gain import Sight, visible_gains
 from protocol.body import Body
 from protocol.messages import Bid
 from robot_agent.block_map import BlockMap
@@ -39,9 +41,7 @@ class Explorer:
         self._settings = settings
         self._map = planning_map
         self._geometry = planning_map.geometry
-        self._cache = GainCache(
-            min(body.lidar.range_max_m, settings.gain_range_m) / self._geometry.resolution
-        )
+        self._cache = GainCache(self._in_sight if settings.gain == "sight" else self._by_flood)
         self._changed: list[CellBox] = []
         self._blocks = BlockMap(
             planning_map, settings.coarsening, BLOCK, settings.weigh_by_probability
@@ -149,11 +149,28 @@ class Explorer:
     def _gains(self, cells: npt.NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Return the expected information [m2] at frontier cells and its rectangles [m]."""
         geometry = self._map.geometry
-        gains, boxes = self._cache.gains(self._blocks.gains, cells, self._changed)
+        gains, boxes = self._cache.gains(cells, self._changed)
         self._changed.clear()
         corners = boxes.astype(np.float64)[:, [1, 0, 3, 2]] * geometry.resolution
         corners += np.array([geometry.origin_x, geometry.origin_y] * 2)
         return gains * geometry.resolution**2, corners
+
+    def _by_flood(self, cells: Cells) -> tuple[Floats, Cells, Cells]:
+        """Return what floods find at frontier cells, as `GainCache` wants it."""
+        coarse, settings = self._blocks.gains, self._settings
+        reach = min(self._body.lidar.range_max_m, settings.gain_range_m)
+        resolution = self._map.geometry.resolution
+        gains, boxes = coarse_information_gains(coarse, cells, reach / resolution)
+        return gains, boxes, coarse_grounds(cells, boxes, coarse.factor)
+
+    def _in_sight(self, cells: Cells) -> tuple[Floats, Cells, Cells]:
+        """Return what may be seen from frontier cells, as `GainCache` wants it."""
+        weight = self._blocks.gains.fine_weight if self._settings.weigh_by_probability else None
+        resolution = self._map.geometry.resolution
+        sight = Sight(
+            self._body.lidar.range_max_m / resolution, self._settings.free_path_m / resolution
+        )
+        return visible_gains(self._map.classes, weight, cells, sight)
 
     def _best(self, gains: Floats) -> npt.NDArray[np.int64]:
         """Return the rows of the places worth telling: those with a gain, the richest if many."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -39,8 +39,13 @@ class ExplorerSettings(_Settings):
     Attributes:
         spacing_m: least distance between the frontier cells of one frontier.
         frontier_cells_min: a frontier of fewer cells is noise.
-        gain_range_m: information is expected up to this far, or the sensor's range if that is
-            less: between walls a laser rarely sees as far as it could.
+        gain: how the information to expect at a frontier is counted. `flood`: all unknown cells
+            that hang together there (Simmons et al. 2000); `sight`: what rays from there find, each
+            cell by the chance to be seen.
+        gain_range_m: a flood goes this far, or to the sensor's range if that is less: between walls
+            a laser rarely sees as far as it could.
+        free_path_m: the way through the unknown over which the chance that a ray gets on falls to
+            1/e; for `sight`.
         weigh_by_probability: whether cells that are partly known weigh less (the improvement that
             Simmons et al. 2000 name).
         coarsening: information is counted on blocks of so many cells along an edge.
@@ -58,7 +63,9 @@ class ExplorerSettings(_Settings):
 
     spacing_m: Positive = 0.5
     frontier_cells_min: Annotated[int, Field(ge=1)] = 6
+    gain: Literal["flood", "sight"] = "flood"
     gain_range_m: Positive = 4.0
+    free_path_m: Positive = 1.5
     weigh_by_probability: bool = True
     coarsening: Annotated[int, Field(ge=1, le=8)] = 4
     bid_period_s: Positive = 1.0

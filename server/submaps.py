@@ -49,9 +49,8 @@ class Submap:
         self.map.insert(scan, T_anchor_base)
 
     def finish(self) -> None:
-        """Let go of what only drawing needs, a third of the memory: no scan comes in any more."""
-        surfaces = self.map.surfaces
-        surfaces.owned = np.zeros((len(surfaces.owned), 0, 0), dtype=np.int32)
+        """No scan comes in any more: keep what comparing needs."""
+        self.map.seal()
 
     @property
     def walls(self) -> WallBlocks:

@@ -21,6 +21,26 @@ def test_grid_and_walls_grow_together_and_stay_in_step():
     assert np.array_equal((built.surfaces.squared == 0).any(axis=0), walls)
 
 
+def test_a_sealed_map_is_smaller_and_matches_alike():
+    built = MatchMap(MapSettings(resolution=0.1))
+    here = Pose2(1.0, 1.0, 0.5)
+    built.insert(rectangle_scan(here, beams=120), here)
+    scan, guess, prior = rectangle_scan(here, beams=90), Pose2(1.05, 0.96, 0.52), np.eye(3) * 0.01
+    before, cells = built.match(scan, guess, prior), built.grid.log_odds.size
+    built.seal()
+    after = built.match(scan, guess, prior)
+    assert built.grid.log_odds.size < 0.5 * cells
+    assert built.surfaces.closest.shape[1:] == built.grid.geometry.shape
+    assert after.T_map_base.distance_to(before.T_map_base) < 1e-9
+    assert after.fit == before.fit and before.T_map_base.distance_to(here) < 0.02
+
+
+def test_a_map_without_a_scan_can_be_sealed():
+    built = MatchMap(MapSettings(resolution=0.1))
+    built.seal()
+    assert built.grid.log_odds.shape == (1, 1)
+
+
 def test_cautious_insertion_adds_walls_and_erases_none():
     built = MatchMap(MapSettings(resolution=0.1))
     # The wall's face, and the solid half a cell behind it, lie in one cell.
