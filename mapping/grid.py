@@ -76,6 +76,15 @@ class CellBox:
 EMPTY_BOX = CellBox(0, 0, 0, 0)
 
 
+def box_of(cells: npt.NDArray[np.generic]) -> CellBox:
+    """Return the smallest box around the cells (rows, cols) that are not 0 or False."""
+    rows = np.flatnonzero(cells.any(axis=1))
+    if len(rows) == 0:
+        return EMPTY_BOX
+    cols = np.flatnonzero(cells.any(axis=0))
+    return CellBox(int(rows[0]), int(cols[0]), int(rows[-1]) + 1, int(cols[-1]) + 1)
+
+
 @dataclass(frozen=True, slots=True)
 class Padding:
     """Rows and columns added on each side when a grid grows."""
@@ -288,11 +297,9 @@ class OccupancyGrid:
         Args:
             margin: so many cells around what is known stay, too.
         """
-        known = self.log_odds != 0.0
-        rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
-        if len(rows) == 0:
+        box = box_of(self.log_odds)
+        if box.empty:
             return self.geometry.box
-        box = CellBox(int(rows[0]), int(cols[0]), int(rows[-1]) + 1, int(cols[-1]) + 1)
         box = box.dilated(margin, self.geometry)
         self.log_odds = self.log_odds[box.slices].copy()
         self.geometry = self.geometry.cropped(box)

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import zstandard
 
-from mapping.grid import GridGeometry
+from mapping.grid import GridGeometry, box_of
 
 # One step of the wire is 0.05 in log-odds: +-6.35 is p = 0.998, beyond which nobody decides anew.
 STEPS_PER_LOG_ODD = 20.0
@@ -50,13 +50,12 @@ def map_digest(cells: npt.NDArray[np.int8], geometry: GridGeometry) -> str:
         cells: (rows, cols) int8, log-odds in steps of 1/20; 0 means unknown.
         geometry: where they lie, map frame.
     """
-    rows = np.flatnonzero(cells.any(axis=1))
-    if len(rows) == 0:
+    box = box_of(cells)
+    if box.empty:
         return ""
-    cols = np.flatnonzero(cells.any(axis=0))
-    known = cells[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1]
-    iy = round(geometry.origin_y / geometry.resolution) + int(rows[0])
-    ix = round(geometry.origin_x / geometry.resolution) + int(cols[0])
+    known = cells[box.slices]
+    iy = round(geometry.origin_y / geometry.resolution) + box.iy0
+    ix = round(geometry.origin_x / geometry.resolution) + box.ix0
     head = struct.pack("<dqqqq", geometry.resolution, iy, ix, *known.shape)
     return hashlib.sha256(head + np.ascontiguousarray(known).tobytes()).hexdigest()
 

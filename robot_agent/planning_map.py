@@ -21,6 +21,7 @@ from mapping.grid import (
     CellBox,
     GridGeometry,
     Padding,
+    box_of,
     classify,
 )
 from mapping.path_planning import traversal_weights
@@ -197,8 +198,9 @@ class PlanningMap:
         self.cells[box.slices] = cells
         after = self._class_of_byte[cells.view(np.uint8)]
         clear, solid = after == CLEAR, after == OBSTACLE
-        solid_changed = _box_of(self._solid[box.slices] != solid, box)
-        changed = solid_changed.union(_box_of(self.clear[box.slices] != clear, box))
+        solid_changed = box_of(self._solid[box.slices] != solid).shifted(box.iy0, box.ix0)
+        clear_changed = box_of(self.clear[box.slices] != clear).shifted(box.iy0, box.ix0)
+        changed = solid_changed.union(clear_changed)
         if changed.empty:
             return
         self.classes[box.slices] = after
@@ -227,17 +229,3 @@ class PlanningMap:
         return traversal_weights(
             clear, clearance, self.clearance_least, settings.comfort_m, settings.squeeze_m
         )
-
-
-def _box_of(mask: npt.NDArray[np.bool_], box: CellBox) -> CellBox:
-    """Return the smallest box around the cells set in `mask`, which covers `box` of a grid."""
-    rows = np.flatnonzero(mask.any(axis=1))
-    if len(rows) == 0:
-        return EMPTY_BOX
-    cols = np.flatnonzero(mask.any(axis=0))
-    return CellBox(
-        box.iy0 + int(rows[0]),
-        box.ix0 + int(cols[0]),
-        box.iy0 + int(rows[-1]) + 1,
-        box.ix0 + int(cols[-1]) + 1,
-    )

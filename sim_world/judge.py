@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mapping.geometry import Floats, Pose2, fit_rigid
-from mapping.grid import UNKNOWN, CellBox, GridGeometry, classify, geometry_around
+from mapping.grid import UNKNOWN, GridGeometry, classify, geometry_around
 from protocol.map_cells import LARGEST_CELLS, dequantise, unpack_cells
 from protocol.messages import MapDelta, MapSnapshot, Message, TeamPoses
 from sim_world.truth import CoverageJudge
@@ -35,7 +35,6 @@ class Judge:
     p_obstacle: float
     p_clear: float
     geometry: GridGeometry | None = None
-    cells: npt.NDArray[np.int8] = field(default_factory=lambda: np.zeros((0, 0), np.int8))
     number: int = 0
     timeline: list[tuple[float, float]] = field(default_factory=list)
     T_world_map: Pose2 = field(default_factory=lambda: Pose2(0.0, 0.0, 0.0))
@@ -90,8 +89,7 @@ class Judge:
         self.geometry = GridGeometry(
             message.resolution_m, message.origin_x_m, message.origin_y_m, message.rows, message.cols
         )
-        self.cells = unpack_cells(message.cells, message.rows, message.cols)
-        self._classes = self._classes_of(self.cells)
+        self._classes = self._classes_of(message)
         self.number, self._changed = message.number, True
 
     def _delta(self, message: MapDelta) -> None:
@@ -101,25 +99,23 @@ class Judge:
         x, y = message.lattice_x * resolution, message.lattice_y * resolution
         half = 0.5 * resolution
         far_x, far_y = x + message.cols * resolution - half, y + message.rows * resolution - half
-        cells = unpack_cells(message.cells, message.rows, message.cols)
+        classes = self._classes_of(message)
         if self.geometry is None:
             self.geometry = geometry_around(x + half, y + half, far_x, far_y, resolution)
-            self.cells = np.zeros(self.geometry.shape, np.int8)
             self._classes = np.full(self.geometry.shape, UNKNOWN, np.uint8)
         larger, padding = self.geometry.grown(x + half, y + half, far_x, far_y)
         if larger.rows * larger.cols > LARGEST_CELLS:
             raise ValueError(f"a map of {larger.rows} x {larger.cols} cells is not believed")
         self.geometry = larger
-        if not padding.none or not self.cells.flags.writeable:
-            self.cells = padding.pad(self.cells, 0)
+        if not padding.none:
             self._classes = padding.pad(self._classes, UNKNOWN)
         iy, ix = self.geometry.cell_at(x + half, y + half)
-        box = CellBox(iy, ix, iy + message.rows, ix + message.cols)
-        self.cells[box.slices] = cells
-        self._classes[box.slices] = self._classes_of(cells)
+        self._classes[iy : iy + message.rows, ix : ix + message.cols] = classes
         self.number, self._changed = message.number, True
 
-    def _classes_of(self, cells: npt.NDArray[np.int8]) -> npt.NDArray[np.uint8]:
+    def _classes_of(self, message: MapSnapshot | MapDelta) -> npt.NDArray[np.uint8]:
+        """Return the classes (rows, cols) of the cells that a message brings."""
+        cells = unpack_cells(message.cells, message.rows, message.cols)
         return self._class_of_byte[cells.view(np.uint8)]
 
     def _poses(self, message: TeamPoses, truth: dict[str, Pose2]) -> None:

@@ -75,7 +75,7 @@ def picture_of(record: RunRecord) -> Picture:
     )
     if not inside.empty:
         shown[inside.shifted(-box.iy0, -box.ix0).slices] = classes[inside.slices]
-    return Picture(_cut(geometry, box), shown)
+    return Picture(geometry.cropped(box), shown)
 
 
 def _shown_box(geometry: GridGeometry, classes: Classes, tracks: Floats) -> CellBox:
@@ -89,17 +89,6 @@ def _shown_box(geometry: GridGeometry, classes: Classes, tracks: Floats) -> Cell
     if (high - low).max() > MOST_CELLS:
         return geometry.box
     return CellBox(int(low[0]), int(low[1]), int(high[0]), int(high[1]))
-
-
-def _cut(geometry: GridGeometry, box: CellBox) -> GridGeometry:
-    """Return the geometry of the cells in `box` of `geometry`."""
-    return GridGeometry(
-        geometry.resolution,
-        geometry.origin_x + box.ix0 * geometry.resolution,
-        geometry.origin_y + box.iy0 * geometry.resolution,
-        box.iy1 - box.iy0,
-        box.ix1 - box.ix0,
-    )
 
 
 def _without_map(tracks: Floats) -> Picture:
