@@ -1,16 +1,18 @@
-"""How much memory a team takes: `python -m benchmarks.memory [--robots N] [--max-time S]`.
+"""How much memory a team takes: `python -m benchmarks.memory [--robots N] [--max-time S] [--cold]`.
 
 Runs one mission as processes over ZeroMQ, adds up every few seconds what all of them hold, and
 prints the most that it was, the largest processes then, and how the mission ended. What processes
 share is counted once in all (proportional set size, from Linux's /proc). The world is the floor of
 an office building where the data are found (see `benchmarks/floors.py`), else the hospital that
-comes with the project.
+comes with the project. With `--cold` the inner loops are not compiled yet, as in the first mission
+after an installation, and what compiling takes counts, too.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import tempfile
 import time
@@ -51,17 +53,28 @@ def main() -> None:
     parser.add_argument("--robots", type=int, default=10)
     parser.add_argument("--max-time", type=float, default=1300.0, help="mission time [s]")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--cold", action="store_true", help="compile the inner loops, too")
     chosen = parser.parse_args()
-    folder = data_folder()
-    world = "hospital" if folder is None else str(folder / "maps" / "willow.yaml")
+    data = data_folder()
+    world = "hospital" if data is None else str(data / "maps" / "willow.yaml")
     options = ["--world", world, "--robots", str(chosen.robots), "--seed", str(chosen.seed)]
-    # What is not compiled yet is compiled first: compilers take memory that later runs do not need.
-    run([*options, "--in-process", "--max-time", "20"])
+    if not chosen.cold:
+        run([*options, "--in-process", "--max-time", "20"])  # compiles what is not compiled yet
     most, largest = 0.0, ""
-    with tempfile.TemporaryDirectory() as out, tempfile.TemporaryFile() as printed:
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile() as printed:
+        caches = {"XDG_CACHE_HOME": folder} if chosen.cold else {}
         mission = subprocess.Popen(
-            [*RUN, *options, "--max-time", str(chosen.max_time), "--json", "--out", out],
+            [
+                *RUN,
+                *options,
+                "--max-time",
+                str(chosen.max_time),
+                "--json",
+                "--out",
+                f"{folder}/out",
+            ],
             cwd=ROOT,
+            env={**os.environ, **caches},
             stdout=printed,
             stderr=subprocess.DEVNULL,
         )

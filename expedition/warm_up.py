@@ -1,7 +1,12 @@
-"""Compiles and loads everything that a mission needs, before its processes are forked."""
+"""Compiles and loads everything that a mission needs, before its processes are forked.
+
+A compiler leaves much behind in the process it worked in (about 100 MB), and every process forked
+from that one would own a copy. So a process that ends does the compiling; this one loads.
+"""
 
 from __future__ import annotations
 
+import multiprocessing
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +17,8 @@ from mapping.compiled import cache_base, cache_is_cold
 from protocol.in_process import run_in_process
 
 _SECONDS = 6.0  # of a tiny mission: long enough to map, bid, drive and merge
+_POLL_S = 0.2
+_FORK = multiprocessing.get_context("fork")
 
 
 def warm_up(
@@ -21,19 +28,27 @@ def warm_up(
 
     Args:
         say: is told what a person has to wait for.
-        keep_going: asked while another process compiles; when false nothing is waited for.
-        load: also if everything was compiled before; otherwise there is nothing to do then.
+        keep_going: asked while something compiles; when false nothing is waited for.
+        load: into this process, too; otherwise it is only seen to that everything is compiled.
     """
-    if not cache_is_cold():
-        if load:
-            _live_a_little()
-        return
-    with only_one(cache_base(), say, keep_going):
-        if cache_is_cold() and keep_going():
-            say("compiling the inner loops, once on this machine: about a minute")
-            _live_a_little()
-        elif load:
-            _live_a_little()
+    if cache_is_cold():
+        with only_one(cache_base(), say, keep_going):
+            if cache_is_cold() and keep_going():
+                say("compiling the inner loops, once on this machine: about a minute")
+                _compile_apart(keep_going)
+    if load and keep_going():
+        _live_a_little()
+
+
+def _compile_apart(keep_going: Callable[[], bool]) -> None:
+    """Run the tiny mission in a process of its own, which keeps on disk what it compiles."""
+    compiler = _FORK.Process(target=_live_a_little, name="expedition compiler", daemon=True)
+    compiler.start()
+    while compiler.is_alive() and keep_going():
+        compiler.join(_POLL_S)
+    if compiler.is_alive():
+        compiler.kill()
+    compiler.join()
 
 
 def _live_a_little() -> None:

@@ -100,12 +100,14 @@ class Padding:
         return self.below == self.above == self.left == self.right == 0
 
     def pad(self, array: npt.NDArray[_Scalar], fill: float) -> npt.NDArray[_Scalar]:
-        """Return `array` (rows, cols) grown by this padding, new cells set to `fill`."""
-        rows, cols = array.shape
+        """Return `array` (..., rows, cols) grown by this padding, new cells set to `fill`."""
+        *layers, rows, cols = array.shape
         grown = np.full(
-            (rows + self.below + self.above, cols + self.left + self.right), fill, array.dtype
+            (*layers, rows + self.below + self.above, cols + self.left + self.right),
+            fill,
+            array.dtype,
         )
-        grown[self.below : self.below + rows, self.left : self.left + cols] = array
+        grown[..., self.below : self.below + rows, self.left : self.left + cols] = array
         return grown
 
 

@@ -113,9 +113,9 @@ class SurfaceMap:
         """Follow the grid when it grows."""
         if padding.none:
             return
-        self.closest = _padded(self.closest, padding, NO_SURFEL)
-        self.squared = _padded(self.squared, padding, FAR)
-        self.owned = _padded(self.owned, padding, NO_SURFEL)
+        self.closest = padding.pad(self.closest, NO_SURFEL)
+        self.squared = padding.pad(self.squared, FAR)
+        self.owned = padding.pad(self.owned, NO_SURFEL)
         self.cells[: self.count] += np.array([0, padding.below, padding.left], dtype=np.int32)
 
     def take(self, geometry: GridGeometry, points_map: Floats, depth: float = 0.0) -> None:
@@ -190,11 +190,6 @@ def _enlarged(array: npt.NDArray[_Scalar], rows: int) -> npt.NDArray[_Scalar]:
     grown = np.zeros((rows, *array.shape[1:]), dtype=array.dtype)
     grown[: len(array)] = array
     return grown
-
-
-def _padded(layers: npt.NDArray[_Scalar], padding: Padding, fill: float) -> npt.NDArray[_Scalar]:
-    """Return all layers (3, rows, cols) grown by a padding."""
-    return np.stack([padding.pad(layer, fill) for layer in layers])
 
 
 @compiled
