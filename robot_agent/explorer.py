@@ -41,7 +41,7 @@ class Explorer:
         self._settings = settings
         self._map = planning_map
         self._geometry = planning_map.geometry
-        self._cache = GainCache(self._in_sight if settings.gain == "sight" else self._by_flood)
+        self._cache = GainCache(self._expected)
         self._changed: list[CellBox] = []
         self._blocks = BlockMap(
             planning_map, settings.coarsening, BLOCK, settings.weigh_by_probability
@@ -155,22 +155,23 @@ class Explorer:
         corners += np.array([geometry.origin_x, geometry.origin_y] * 2)
         return gains * geometry.resolution**2, corners
 
-    def _by_flood(self, cells: Cells) -> tuple[Floats, Cells, Cells]:
-        """Return what floods find at frontier cells, as `GainCache` wants it."""
+    def _expected(self, cells: Cells) -> tuple[Floats, Cells, Cells]:
+        """Return what floods find at frontier cells, as far as it may be seen, for `GainCache`."""
         coarse, settings = self._blocks.gains, self._settings
-        reach = min(self._body.lidar.range_max_m, settings.gain_range_m)
         resolution = self._map.geometry.resolution
-        gains, boxes = coarse_information_gains(coarse, cells, reach / resolution)
-        return gains, boxes, coarse_grounds(cells, boxes, coarse.factor)
-
-    def _in_sight(self, cells: Cells) -> tuple[Floats, Cells, Cells]:
-        """Return what may be seen from frontier cells, as `GainCache` wants it."""
-        weight = self._blocks.gains.fine_weight if self._settings.weigh_by_probability else None
-        resolution = self._map.geometry.resolution
+        reach = min(self._body.lidar.range_max_m, settings.gain_range_m) / resolution
+        gains, boxes = coarse_information_gains(coarse, cells, reach)
+        depends = coarse_grounds(cells, boxes, coarse.factor)
+        if settings.sight_factor == 0.0:
+            return gains, boxes, depends
         sight = Sight(
-            self._body.lidar.range_max_m / resolution, self._settings.free_path_m / resolution
+            reach, settings.free_path_m / resolution, round(settings.sight_step_m / resolution)
         )
-        return visible_gains(self._map.classes, weight, cells, sight)
+        weight = coarse.fine_weight if settings.weigh_by_probability else None
+        seen, around = visible_gains(self._map.classes, weight, cells, sight, coarse.fine)
+        depends[:, :2] = np.minimum(depends[:, :2], around[:, :2])
+        depends[:, 2:] = np.maximum(depends[:, 2:], around[:, 2:])
+        return np.minimum(gains, settings.sight_factor * seen), boxes, depends
 
     def _best(self, gains: Floats) -> npt.NDArray[np.int64]:
         """Return the rows of the places worth telling: those with a gain, the richest if many."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -25,7 +25,7 @@ class LocalMapSettings(_Settings):
 
     resolution_m: Annotated[float, Field(gt=0.005, le=1.0)] = 0.05
     report_every: Annotated[int, Field(ge=1)] = 10
-    news_m2: Positive = 1.0
+    news_m2: Positive = 0.3
     news_every: Annotated[int, Field(ge=1)] = 2
     report_moved_m: NotNegative = 0.05
     report_turned_deg: NotNegative = 3.0
@@ -39,13 +39,14 @@ class ExplorerSettings(_Settings):
     Attributes:
         spacing_m: least distance between the frontier cells of one frontier.
         frontier_cells_min: a frontier of fewer cells is noise.
-        gain: how the information to expect at a frontier is counted. `flood`: all unknown cells
-            that hang together there (Simmons et al. 2000); `sight`: what rays from there find, each
-            cell by the chance to be seen.
-        gain_range_m: a flood goes this far, or to the sensor's range if that is less: between walls
-            a laser rarely sees as far as it could.
+        gain_range_m: the flood that counts what is to be gained at a frontier (Simmons et al. 2000)
+            goes this far, or to the sensor's range if that is less: between walls a laser rarely
+            sees as far as it could.
+        sight_factor: a flood counts no more than so many times what rays from there find, each cell
+            by the chance to be seen: floods leak through every hole. 0 counts it in full.
+        sight_step_m: rays start from the frontier, or so far beyond it if the body may fit there.
         free_path_m: the way through the unknown over which the chance that a ray gets on falls to
-            1/e; for `sight`.
+            1/e.
         weigh_by_probability: whether cells that are partly known weigh less (the improvement that
             Simmons et al. 2000 name).
         coarsening: information is counted on blocks of so many cells along an edge.
@@ -63,8 +64,9 @@ class ExplorerSettings(_Settings):
 
     spacing_m: Positive = 0.5
     frontier_cells_min: Annotated[int, Field(ge=1)] = 6
-    gain: Literal["flood", "sight"] = "flood"
     gain_range_m: Positive = 4.0
+    sight_factor: NotNegative = 3.0
+    sight_step_m: NotNegative = 1.0
     free_path_m: Positive = 1.5
     weigh_by_probability: bool = True
     coarsening: Annotated[int, Field(ge=1, le=8)] = 4

@@ -1,15 +1,15 @@
 """The greedy auction of Simmons et al. 2000.
 
-Again and again the place with the highest net utility of all bids goes to the robot that bid it,
-and the gains of everybody else's places are discounted by how much of their regions that robot will
-see on its way.
+Again and again the place with the highest utility of all bids goes to the robot that bid it, and
+the gains of everybody else's places are discounted by how much of their regions that robot will see
+on its way.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -24,9 +24,13 @@ class AuctionSettings(BaseModel):
     """Settings of the auction.
 
     Attributes:
-        cost_weight_m2_per_m: how much information one metre of way must be worth.
-        loss_weight: how much it counts what a robot loses on the rest of its route by going to a
-            place first; 0 is the paper's rule, which looks at one place at a time.
+        utility: what a place is worth. `net`: its gain less the cost of the way, as in the paper.
+            `rate`: its gain for each metre of way, see docs/decisions/0016.
+        overhead_m: with `rate`, what each task takes besides its way, as a length of way: turning,
+            looking, waiting for the map to change.
+        cost_weight_m2_per_m: with `net`, how much information one metre of way must be worth.
+        loss_weight: with `net`, how much it counts what a robot loses on the rest of its route by
+            going to a place first; 0 is the paper's rule, which looks at one place at a time.
         min_gain_m2: the least discounted gain worth a trip.
         hysteresis_ratio: a place in the region of the robot's running task has its gain divided by
             this; lower values make robots stay with what they are at. 1 switches it off.
@@ -41,6 +45,8 @@ class AuctionSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    utility: Literal["rate", "net"] = "rate"
+    overhead_m: Annotated[float, Field(gt=0.0)] = 6.0
     cost_weight_m2_per_m: Annotated[float, Field(ge=0.0)] = 1.0
     loss_weight: Annotated[float, Field(ge=0.0)] = 0.3
     min_gain_m2: Annotated[float, Field(ge=0.0)] = 1.0
@@ -137,19 +143,34 @@ class Auction:
         offer.open &= ~near(offer.bid.places, taken[-1].goal, self.settings.separation_m)
 
     def _best(self, offer: _Offer) -> Choice | None:
-        """Return the place with the highest net utility u_j = (1 - d_j) i_j - c_j, or None."""
+        """Return the place with the highest utility, or None."""
         bid = offer.bid
         gains = (1.0 - offer.overlaps) * bid.gains
         worth = offer.open & (gains >= self.settings.min_gain_m2) & (gains > 0.0)
         if not worth.any():
             return None
-        weight = self.settings.cost_weight_m2_per_m * bid.cost_weight
-        utilities = (1.0 - offer.overlaps) * offer.values - weight * bid.costs
-        utilities -= self.settings.loss_weight * bid.losses
+        utilities = self._utilities(offer)
         rows = np.flatnonzero(worth)
         first = np.lexsort((rows, bid.costs[rows], -utilities[rows]))[0]
         row = int(rows[first])
         return choice_of(bid, row, float(gains[row]), float(utilities[row]))
+
+    def _utilities(self, offer: _Offer) -> Floats:
+        """Return what each place is worth to the robot, (n,).
+
+        `net` is u_j = (1 - d_j) i_j - c_j [m2] of Simmons et al. 2000. Its weight of the way is
+        right for one rate of discovery only: when all places near are worth little, a far room is
+        worth less than the crumb on this side. `rate` [m2/m] needs no such weight.
+        """
+        settings, bid = self.settings, offer.bid
+        values, ways = (1.0 - offer.overlaps) * offer.values, bid.cost_weight * bid.costs
+        if settings.utility == "rate":
+            rates: Floats = values / (settings.overhead_m + ways)
+            return rates
+        net: Floats = (
+            values - settings.cost_weight_m2_per_m * ways - settings.loss_weight * bid.losses
+        )
+        return net
 
 
 _NONE = (-np.inf, -np.inf)

@@ -12,7 +12,9 @@ from mapping.geometry import IDENTITY
 Row = tuple[float, float, float, float, float]  # x, y, gain, cost, half a square region's edge
 
 # As in the paper, one square metre for one metre; defaults may be tuned without touching this file.
-PLAIN = AuctionSettings(cost_weight_m2_per_m=1.0, loss_weight=1.0, gain_cap_m2=1e6, stay_m2=0.0)
+PLAIN = AuctionSettings(
+    utility="net", cost_weight_m2_per_m=1.0, loss_weight=1.0, gain_cap_m2=1e6, stay_m2=0.0
+)
 CAPPED = PLAIN.model_copy(update={"gain_cap_m2": 25.0})
 
 
@@ -129,7 +131,7 @@ def test_no_two_robots_closer_than_the_separation() -> None:
 
 
 def test_ties_go_to_the_shorter_way_then_the_name_then_the_first_place() -> None:
-    free = AuctionSettings(cost_weight_m2_per_m=0.0)
+    free = AuctionSettings(utility="net", cost_weight_m2_per_m=0.0)
     offers = (bid("ben", (0, 0, 9, 4, 1)), bid("anna", (0, 0, 9, 5, 1)))
     assert goals(Auction(free).assign(offers, (), ())) == {"ben": (0, 0)}
     offers = (bid("ben", (0, 0, 9, 4, 1)), bid("anna", (0, 0, 9, 4, 1)))
@@ -143,6 +145,22 @@ def test_a_slow_robot_pays_more_for_its_way() -> None:
     assert goals(Auction(PLAIN).assign((bid("anna", *rows),), (), ())) == {"anna": (12, 0)}
     slow = bid("anna", *rows, cost_weight=3.0)
     assert goals(Auction(PLAIN).assign((slow,), (), ())) == {"anna": (2, 0)}
+
+
+def test_a_far_room_beats_a_crumb_nearby_when_gains_are_divided_by_ways() -> None:
+    offer = (bid("anna", (13, 0, 2, 13, 1), (25, 0, 10, 25, 1)),)
+    assert goals(Auction(PLAIN).assign(offer, (), ())) == {"anna": (13, 0)}
+    rate = PLAIN.model_copy(update={"utility": "rate", "overhead_m": 5.0})
+    choice = Auction(rate).assign(offer, (), ())[0]
+    assert (choice.goal, choice.utility) == ((25, 0), 10 / 30)
+
+
+def test_a_slow_robot_pays_more_for_its_way_also_when_gains_are_divided_by_it() -> None:
+    rows: tuple[Row, Row] = ((2, 0, 5, 2, 1), (12, 0, 13, 12, 1))
+    rate = PLAIN.model_copy(update={"utility": "rate", "overhead_m": 6.0})
+    assert goals(Auction(rate).assign((bid("anna", *rows),), (), ())) == {"anna": (12, 0)}
+    slow = bid("anna", *rows, cost_weight=3.0)
+    assert goals(Auction(rate).assign((slow,), (), ())) == {"anna": (2, 0)}
 
 
 def test_settings_are_checked() -> None:

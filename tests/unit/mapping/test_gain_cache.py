@@ -21,7 +21,8 @@ class Estimates:
         return gains, boxes, coarse_grounds(cells, boxes, self.factor)
 
     def sight(self, cells: Cells) -> tuple[Floats, Cells, Cells]:
-        return visible_gains(self.classes, None, cells, Sight(self.reach, 6.0, 24))
+        gains, depends = visible_gains(self.classes, None, cells, Sight(self.reach, 6.0, 3, 24))
+        return gains, depends, depends
 
 
 @settings(max_examples=40, deadline=None)

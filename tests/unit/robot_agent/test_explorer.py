@@ -143,15 +143,15 @@ def test_nothing_is_expected_behind_a_gap_too_narrow_for_the_body() -> None:
     assert len(bid_of(explorer, now=9.0).places_map) == 0
 
 
-def test_what_is_in_sight_can_count_instead_of_what_hangs_together() -> None:
-    flood, _ = explorer_in(hall())
-    sight, planning_map = explorer_in(hall(), gain="sight", free_path_m=0.5)
-    by_flood, in_sight = bid_of(flood), bid_of(sight)
+def test_a_flood_counts_no_more_than_some_times_what_is_in_sight() -> None:
+    flood, _ = explorer_in(hall(), sight_factor=0.0)
+    bounded, planning_map = explorer_in(hall(), sight_factor=0.5, free_path_m=0.5)
+    by_flood, in_sight = bid_of(flood), bid_of(bounded)
     np.testing.assert_array_equal(by_flood.places_map, in_sight.places_map)
+    np.testing.assert_array_equal(by_flood.rectangles_map, in_sight.rectangles_map)
     assert (in_sight.gains > 0.0).all() and (in_sight.gains < by_flood.gains).all()
-    assert (in_sight.rectangles_map[:, 2] > 2.0).all()
-    sight.map_changed([planning_map.geometry.box])
-    np.testing.assert_array_equal(bid_of(sight, now=9.0).gains, in_sight.gains)
+    bounded.map_changed([planning_map.geometry.box])
+    np.testing.assert_array_equal(bid_of(bounded, now=9.0).gains, in_sight.gains)
 
 
 def two_ends() -> Explorer:
