@@ -1,4 +1,4 @@
-"""What a robot may expect to see at a place: unknown area, by the chance that it is in sight.
+"""What a robot may expect to see from a place: unknown area, by the chance that it is in sight.
 
 Rays run from the place to the sensor's range and end at obstacles. What is unknown may hide a
 wall: the farther a ray has come through it, the less likely it is to get on. With walls in the
@@ -37,14 +37,11 @@ class Sight:
     Attributes:
         reach: its range [cells].
         free_path: mean free path through the unknown [cells].
-        step: how far beyond a place the robot may look from, too [cells]: it steps through a door
-            before it decides what is in the room.
         rays: directions, evenly spread over the full circle: a robot turns.
     """
 
     reach: float
     free_path: float
-    step: int = 0
     rays: int = 48
 
 
@@ -70,17 +67,14 @@ def visible_gains(
     weight: npt.NDArray[np.float32] | None,
     places: npt.ArrayLike,
     sight: Sight,
-    roomy: npt.NDArray[np.uint8] | None = None,
 ) -> tuple[Floats, Cells]:
-    """Return how much may be seen at each place.
+    """Return how much may be seen from each place.
 
     Args:
         classes: (rows, cols) uint8 of `mapping.grid` classes; off the grid all is unknown.
         weight: (rows, cols) float32, what each unknown cell counts; without it each counts 1.
         places: (N, 2) cells, inside the grid.
         sight: how far a sensor sees.
-        roomy: (rows, cols) uint8, where the body may fit, see `information_gain.roomy_classes`;
-            without it, it may fit everywhere.
 
     Returns:
         gains: (N,) [cells], the expected unknown area in sight.
@@ -92,10 +86,8 @@ def visible_gains(
     fan = _fan(sight)
     return _visible_gains(
         np.ascontiguousarray(classes),
-        np.ascontiguousarray(classes if roomy is None else roomy),
         np.ascontiguousarray(weights),
         cells,
-        sight.step,
         fan.cells,
         fan.areas,
         fan.pass_on,
@@ -106,10 +98,8 @@ def visible_gains(
 @compiled
 def _visible_gains(
     classes: npt.NDArray[np.uint8],
-    roomy: npt.NDArray[np.uint8],
     weight: npt.NDArray[np.float32],
     places: Cells,
-    step: int,
     cells: npt.NDArray[np.int32],
     areas: Floats,
     pass_on: Floats,
@@ -119,14 +109,10 @@ def _visible_gains(
     gains = np.zeros(len(places))
     depends = np.empty((len(places), 4), np.int64)
     for k in range(len(places)):
-        y, x, box = places[k, 0], places[k, 1], depends[k]
-        around = step + 1 if step > 0 else 0
-        box[0], box[1], box[2], box[3] = y - around, x - around, y + around + 1, x + around + 1
-        gains[k] = _look(classes, weight, y, x, cells, areas, pass_on, first, box)
-        beyond_y, beyond_x = _beyond(roomy, y, x, step)
-        if beyond_y != y or beyond_x != x:
-            more = _look(classes, weight, beyond_y, beyond_x, cells, areas, pass_on, first, box)
-            gains[k] = max(gains[k], more)
+        depends[k, :2], depends[k, 2:] = places[k], places[k] + 1
+        gains[k] = _look(
+            classes, weight, places[k, 0], places[k, 1], cells, areas, pass_on, first, depends[k]
+        )
     return gains, depends
 
 
@@ -163,38 +149,6 @@ def _look(
     depends[0], depends[1] = min(depends[0], y0), min(depends[1], x0)
     depends[2], depends[3] = max(depends[2], y1 + 1), max(depends[3], x1 + 1)
     return gain
-
-
-@compiled
-def _beyond(roomy: npt.NDArray[np.uint8], y: int, x: int, step: int) -> tuple[int, int]:
-    """Return the cell farthest from a place, within `step`, among the unknown ones at it.
-
-    A flood over unknown cells in which the body may fit; the place itself if there are none. Of
-    cells equally far the one that the flood met first.
-    """
-    rows, cols = roomy.shape
-    side = 2 * step + 1
-    met = np.zeros((side, side), dtype=np.bool_)
-    waiting = np.empty((side * side, 2), dtype=np.int64)
-    waiting[0, 0], waiting[0, 1] = y, x
-    met[step, step] = True
-    count, head, farthest, far_y, far_x = 1, 0, 0, y, x
-    while head < count:
-        from_y, from_x = waiting[head, 0], waiting[head, 1]
-        head += 1
-        for dy, dx in ((-1, 0), (0, -1), (0, 1), (1, 0)):
-            iy, ix = from_y + dy, from_x + dx
-            away = (iy - y) ** 2 + (ix - x) ** 2
-            if away > step * step or not (0 <= iy < rows and 0 <= ix < cols):
-                continue
-            if met[iy - y + step, ix - x + step] or roomy[iy, ix] != UNKNOWN:
-                continue
-            met[iy - y + step, ix - x + step] = True
-            waiting[count, 0], waiting[count, 1] = iy, ix
-            count += 1
-            if away > farthest:
-                farthest, far_y, far_x = away, iy, ix
-    return far_y, far_x
 
 
 @lru_cache(maxsize=8)

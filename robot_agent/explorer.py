@@ -123,10 +123,12 @@ class Explorer:
             others: (k, 2) [m] where the teammates are, map frame.
 
         Returns:
-            [m2], 0 for the place from where most can be gained afterwards.
+            [m2], 0 for the place from where most can be gained afterwards; (0,) if not wanted.
         """
-        costs = ways.field.at(stands)
         settings = self._settings
+        if not settings.look_ahead:
+            return np.empty(0)
+        costs = ways.field.at(stands)
         rows = leaders(component, costs, gains, settings.route_gain_m2, settings.route_places_max)
         if len(rows) == 0:
             return np.zeros(len(stands))
@@ -164,11 +166,9 @@ class Explorer:
         depends = coarse_grounds(cells, boxes, coarse.factor)
         if settings.sight_factor == 0.0:
             return gains, boxes, depends
-        sight = Sight(
-            reach, settings.free_path_m / resolution, round(settings.sight_step_m / resolution)
-        )
+        sight = Sight(reach, settings.free_path_m / resolution)
         weight = coarse.fine_weight if settings.weigh_by_probability else None
-        seen, around = visible_gains(self._map.classes, weight, cells, sight, coarse.fine)
+        seen, around = visible_gains(self._map.classes, weight, cells, sight)
         depends[:, :2] = np.minimum(depends[:, :2], around[:, :2])
         depends[:, 2:] = np.maximum(depends[:, 2:], around[:, 2:])
         return np.minimum(gains, settings.sight_factor * seen), boxes, depends

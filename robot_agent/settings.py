@@ -44,7 +44,6 @@ class ExplorerSettings(_Settings):
             sees as far as it could.
         sight_factor: a flood counts no more than so many times what rays from there find, each cell
             by the chance to be seen: floods leak through every hole. 0 counts it in full.
-        sight_step_m: rays start from the frontier, or so far beyond it if the body may fit there.
         free_path_m: the way through the unknown over which the chance that a ray gets on falls to
             1/e.
         weigh_by_probability: whether cells that are partly known weigh less (the improvement that
@@ -52,6 +51,8 @@ class ExplorerSettings(_Settings):
         coarsening: information is counted on blocks of so many cells along an edge.
         bid_period_s: a bid is built on every map update, but no more often than this.
         reach_m: a place may lie this much farther from the frontier than the body's radius.
+        look_ahead: whether bids tell what going somewhere first costs the rest of the route; only
+            the auction's utility `net` asks for that (`strategy.loss_weight`).
         route_gain_m2: frontiers with less to gain do not count when the robot looks ahead.
         route_places_max: the richest frontiers count, up to so many.
         route_worth: how much must be gained for each metre that a route gets longer [m2 per m].
@@ -66,12 +67,12 @@ class ExplorerSettings(_Settings):
     frontier_cells_min: Annotated[int, Field(ge=1)] = 6
     gain_range_m: Positive = 4.0
     sight_factor: NotNegative = 3.0
-    sight_step_m: NotNegative = 1.0
     free_path_m: Positive = 1.5
     weigh_by_probability: bool = True
     coarsening: Annotated[int, Field(ge=1, le=8)] = 4
     bid_period_s: Positive = 1.0
     reach_m: NotNegative = 0.5
+    look_ahead: bool = False
     route_gain_m2: NotNegative = 1.0
     route_places_max: Annotated[int, Field(ge=1, le=200)] = 40
     route_worth: NotNegative = 1.0

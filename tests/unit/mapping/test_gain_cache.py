@@ -21,7 +21,7 @@ class Estimates:
         return gains, boxes, coarse_grounds(cells, boxes, self.factor)
 
     def sight(self, cells: Cells) -> tuple[Floats, Cells, Cells]:
-        gains, depends = visible_gains(self.classes, None, cells, Sight(self.reach, 6.0, 3, 24))
+        gains, depends = visible_gains(self.classes, None, cells, Sight(self.reach, 6.0, 24))
         return gains, depends, depends
 
 

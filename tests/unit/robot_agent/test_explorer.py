@@ -156,7 +156,9 @@ def test_a_flood_counts_no_more_than_some_times_what_is_in_sight() -> None:
 
 def two_ends() -> Explorer:
     """A corridor along x, open at x = 2 and, through a wide gap in its left end, at x = -1."""
-    explorer, planning_map = explorer_in(hall(), route_worth=0.2, route_apart_m=0.5)
+    explorer, planning_map = explorer_in(
+        hall(), look_ahead=True, route_worth=0.2, route_apart_m=0.5
+    )
     opened = MapDelta(
         number=3,
         resolution_m=RESOLUTION,
