@@ -8,7 +8,7 @@ import typer
 
 from expedition.commands import mission, operator, processes, study
 from expedition.errors import NoServerError, StartError
-from expedition.memory import keep_freed_memory
+from expedition.memory import collect_seldom, keep_freed_memory
 from expedition.team import UsageError
 from protocol.errors import RefusedError
 
@@ -41,6 +41,7 @@ app.command(rich_help_panel=_STUDY)(study.experiment)
 def main() -> None:
     """Run the command line; errors become one clear line and an exit status."""
     keep_freed_memory()
+    collect_seldom()
     words = sys.argv[1:]
     try:
         result = app(words or ["--help"], prog_name="expedition", standalone_mode=False)

@@ -42,7 +42,7 @@ class Sight:
 
     reach: float
     free_path: float
-    rays: int = 48
+    rays: int = 32
 
 
 @dataclass(frozen=True, slots=True)

@@ -168,10 +168,12 @@ class Explorer:
             return gains, boxes, depends
         sight = Sight(reach, settings.free_path_m / resolution)
         weight = coarse.fine_weight if settings.weigh_by_probability else None
-        seen, around = visible_gains(self._map.classes, weight, cells, sight)
-        depends[:, :2] = np.minimum(depends[:, :2], around[:, :2])
-        depends[:, 2:] = np.maximum(depends[:, 2:], around[:, 2:])
-        return np.minimum(gains, settings.sight_factor * seen), boxes, depends
+        some = np.flatnonzero(gains)
+        seen, around = visible_gains(self._map.classes, weight, cells[some], sight)
+        gains[some] = np.minimum(gains[some], settings.sight_factor * seen)
+        depends[some, :2] = np.minimum(depends[some, :2], around[:, :2])
+        depends[some, 2:] = np.maximum(depends[some, 2:], around[:, 2:])
+        return gains, boxes, depends
 
     def _best(self, gains: Floats) -> npt.NDArray[np.int64]:
         """Return the rows of the places worth telling: those with a gain, the richest if many."""
