@@ -24,6 +24,7 @@ from mapping.scan_matching import MatchResult
 from mapping.surface_map import SurfaceSettings
 from server.comparing import firm_match
 from server.limits import holds
+from server.loop_search import LoopSearch
 from server.mutual_sightings import MutualSightings
 from server.placing import (
     TOO_FAR,
@@ -71,6 +72,7 @@ class MapMerger:
         )
         submap = replace(self.map.settings, surface=SurfaceSettings(fit_radius=_SUBMAP_FIT))
         self.team = TeamGraph(settings.loops, submap)
+        self._loops = LoopSearch(self.team)
         self.sightings = MutualSightings()
         self.members: dict[str, Member] = {}
         self.nodes: list[Node] = []
@@ -148,7 +150,7 @@ class MapMerger:
         T_map_base = guess
         if not stray:
             T_map_base = firm_match(self.map, report.scan, guess, prior, result).T_map_base
-        found = self.team.close_loops(name, report.scan, T_map_base, way)
+        found = self._loops.around(name, report.scan, T_map_base, way)
         if stray and not found:
             member.unmatched += 1
             member.untold.append(report.track_odom)
@@ -220,7 +222,7 @@ class MapMerger:
         if not self.nodes:
             return False
         self.team.settle()
-        self.team.consolidate()
+        self._loops.consolidate()
         self.team.settle()
         return self._redraw()
 

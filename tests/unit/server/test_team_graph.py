@@ -12,6 +12,7 @@ from mapping.geometry import IDENTITY, Pose2
 from mapping.match_map import MapSettings
 from mapping.scan import LaserScan
 from server.comparing import compare, window_of
+from server.loop_search import LoopSearch
 from server.placing import Way
 from server.settings import LoopSettings
 from server.submaps import Submap
@@ -71,7 +72,7 @@ def test_a_loop_closes_and_moves_the_robot_that_was_wrong() -> None:
     graph.begin("b", BLIND, wrong, np.diag([0.04, 0.04, 0.01]))
     graph.tie(0, 3, wrong, np.diag([0.04, 0.04, 0.01]))
     way = Way(IDENTITY, TIGHT)
-    found = graph.close_loops("b", scan_in(ROOM, true), wrong, way)
+    found = LoopSearch(graph).around("b", scan_in(ROOM, true), wrong, way)
     assert [submap.robot for submap, _ in found] == ["a"]
     node = graph.extend("b", scan_in(ROOM, true), wrong, way)
     worst = graph.connect_loops(node, found)
@@ -89,17 +90,17 @@ def test_a_place_is_not_compared_again_before_the_robot_moved() -> None:
     here = Pose2(0.5, 0.2, 0.1)
     graph.begin("b", BLIND, here, TIGHT)
     way = Way(IDENTITY, TIGHT)
-    assert graph.close_loops("b", scan_in(ROOM, here), here, way)
-    assert not graph.close_loops("b", scan_in(ROOM, here), here, way)
+    assert LoopSearch(graph).around("b", scan_in(ROOM, here), here, way)
+    assert not LoopSearch(graph).around("b", scan_in(ROOM, here), here, way)
     turned = Pose2(0.5, 0.2, 0.9)
-    assert graph.close_loops("b", scan_in(ROOM, turned), turned, way)
+    assert LoopSearch(graph).around("b", scan_in(ROOM, turned), turned, way)
 
 
 def test_its_own_older_submaps_count_too() -> None:
     graph = team(submap_scans=2)
     here = Pose2(0.6, 0.4, 0.5)
     graph.chains["a"].compared.clear()
-    found = graph.close_loops("a", scan_in(ROOM, here), here, Way(Pose2(0, 0, 0.1), LOOSE))
+    found = LoopSearch(graph).around("a", scan_in(ROOM, here), here, Way(Pose2(0, 0, 0.1), LOOSE))
     assert found
     assert all(submap is not graph.chains["a"].submap for submap, _ in found)
 
@@ -109,8 +110,8 @@ def test_what_is_far_away_or_seen_by_nobody_is_not_compared() -> None:
     way = Way(IDENTITY, TIGHT)
     far = Pose2(50.0, 0.0, 0.0)
     graph.begin("b", BLIND, far, TIGHT)
-    assert graph.close_loops("b", scan_in(ROOM, IDENTITY), far, way) == []
-    assert graph.close_loops("b", BLIND, IDENTITY, way) == []
+    assert LoopSearch(graph).around("b", scan_in(ROOM, IDENTITY), far, way) == []
+    assert LoopSearch(graph).around("b", BLIND, IDENTITY, way) == []
 
 
 def test_scans_far_from_where_they_were_drawn_are_astray() -> None:
@@ -167,11 +168,11 @@ def test_in_the_end_scans_are_compared_with_what_was_drawn_after_them() -> None:
     here = Pose2(0.5, 0.2, 0.1)
     graph.begin("b", scan_in(ROOM, here), here, TIGHT)
     graph.tie(0, 3, here, TIGHT)
-    graph.consolidate()
+    LoopSearch(graph).consolidate()
     tied = {(edge.i, edge.j) for edge in graph.graph.edges}
     assert {(3, 0), (3, 1), (3, 2), (0, 3)} <= tied
     count = len(graph.graph.edges)
-    graph.consolidate()
+    LoopSearch(graph).consolidate()
     assert len(graph.graph.edges) == count
 
 
@@ -181,5 +182,5 @@ def test_what_lies_far_away_is_not_compared_in_the_end() -> None:
     graph.begin("b", BLIND, far, TIGHT)
     graph.extend("b", BLIND, Pose2(0.2, 0.0, 0.0), Way(IDENTITY, TIGHT))
     count = len(graph.graph.edges)
-    graph.consolidate()
+    LoopSearch(graph).consolidate()
     assert len(graph.graph.edges) == count
