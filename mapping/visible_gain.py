@@ -42,7 +42,7 @@ class Sight:
 
     reach: float
     free_path: float
-    rays: int = 32
+    rays: int = 48
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +67,7 @@ def visible_gains(
     weight: npt.NDArray[np.float32] | None,
     places: npt.ArrayLike,
     sight: Sight,
+    enough: Floats | None = None,
 ) -> tuple[Floats, Cells]:
     """Return how much may be seen from each place.
 
@@ -75,9 +76,11 @@ def visible_gains(
         weight: (rows, cols) float32, what each unknown cell counts; without it each counts 1.
         places: (N, 2) cells, inside the grid.
         sight: how far a sensor sees.
+        enough: (N,) [cells], no need to count on once a gain has come to this; without it all is
+            counted.
 
     Returns:
-        gains: (N,) [cells], the expected unknown area in sight.
+        gains: (N,) [cells], the expected unknown area in sight, or some value from `enough` on.
         depends: (N, 4) int64, half open (iy0, ix0, iy1, ix1), around all cells on which the result
             depends; may reach over the grid's edge.
     """
@@ -88,6 +91,7 @@ def visible_gains(
         np.ascontiguousarray(classes),
         np.ascontiguousarray(weights),
         cells,
+        np.full(len(cells), np.inf) if enough is None else enough,
         fan.cells,
         fan.areas,
         fan.pass_on,
@@ -100,6 +104,7 @@ def _visible_gains(
     classes: npt.NDArray[np.uint8],
     weight: npt.NDArray[np.float32],
     places: Cells,
+    enough: Floats,
     cells: npt.NDArray[np.int32],
     areas: Floats,
     pass_on: Floats,
@@ -110,9 +115,8 @@ def _visible_gains(
     depends = np.empty((len(places), 4), np.int64)
     for k in range(len(places)):
         depends[k, :2], depends[k, 2:] = places[k], places[k] + 1
-        gains[k] = _look(
-            classes, weight, places[k, 0], places[k, 1], cells, areas, pass_on, first, depends[k]
-        )
+        y, x = places[k, 0], places[k, 1]
+        gains[k] = _look(classes, weight, y, x, enough[k], cells, areas, pass_on, first, depends[k])
     return gains, depends
 
 
@@ -122,6 +126,7 @@ def _look(
     weight: npt.NDArray[np.float32],
     y: int,
     x: int,
+    enough: float,
     cells: npt.NDArray[np.int32],
     areas: Floats,
     pass_on: Floats,
@@ -146,6 +151,8 @@ def _look(
                 if chance < _FADED:
                     break
         y0, x0, y1, x1 = min(y0, iy), min(x0, ix), max(y1, iy), max(x1, ix)
+        if gain >= enough:
+            break
     depends[0], depends[1] = min(depends[0], y0), min(depends[1], x0)
     depends[2], depends[3] = max(depends[2], y1 + 1), max(depends[3], x1 + 1)
     return gain

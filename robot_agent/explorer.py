@@ -169,7 +169,8 @@ class Explorer:
         sight = Sight(reach, settings.free_path_m / resolution)
         weight = coarse.fine_weight if settings.weigh_by_probability else None
         some = np.flatnonzero(gains)
-        seen, around = visible_gains(self._map.classes, weight, cells[some], sight)
+        enough = gains[some] / settings.sight_factor
+        seen, around = visible_gains(self._map.classes, weight, cells[some], sight, enough)
         gains[some] = np.minimum(gains[some], settings.sight_factor * seen)
         depends[some, :2] = np.minimum(depends[some, :2], around[:, :2])
         depends[some, 2:] = np.maximum(depends[some, 2:], around[:, 2:])

@@ -92,3 +92,16 @@ def test_nothing_outside_what_a_result_depends_on_matters(seed: int) -> None:
     other[low_y:high_y, low_x:high_x] = classes[low_y:high_y, low_x:high_x]
     after, _ = visible_gains(other, None, [place], sight)
     assert after == before
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 100_000), enough=st.floats(0.0, 100.0))
+def test_counting_ends_when_it_is_enough(seed: int, enough: float) -> None:
+    rng = np.random.default_rng(seed)
+    classes = rng.choice(3, (19, 23), p=[0.6, 0.3, 0.1]).astype(np.uint8)
+    places = np.argwhere(classes == CLEAR)
+    sight = Sight(6.0, 3.0, 32)
+    all_of_it, around = visible_gains(classes, None, places, sight)
+    some, looked = visible_gains(classes, None, places, sight, np.full(len(places), enough))
+    np.testing.assert_array_equal(np.minimum(some, enough), np.minimum(all_of_it, enough))
+    assert (looked[:, :2] >= around[:, :2]).all() and (looked[:, 2:] <= around[:, 2:]).all()
