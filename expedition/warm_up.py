@@ -16,7 +16,10 @@ from expedition.team import load_team
 from mapping.compiled import cache_base, cache_is_cold
 from protocol.in_process import run_in_process
 
-_SECONDS = 6.0  # of a tiny mission: long enough to map, bid, drive and merge
+# Missions long enough to map, bid, drive and merge; to be compiled, also to close loops and to get
+# into tight places. (world, robots, seconds)
+_TO_LOAD = ("obstacle_free", 2, 6.0)
+_TO_COMPILE = ("hospital", 3, 60.0)
 _POLL_S = 0.2
 _FORK = multiprocessing.get_context("fork")
 
@@ -24,7 +27,7 @@ _FORK = multiprocessing.get_context("fork")
 def warm_up(
     say: Callable[[str], None], keep_going: Callable[[], bool] = lambda: True, load: bool = True
 ) -> None:
-    """Live through a few seconds of a tiny mission, so that every compiled loop is loaded.
+    """Live through a few seconds of a mission, so that the compiled loops are loaded.
 
     Args:
         say: is told what a person has to wait for.
@@ -34,15 +37,17 @@ def warm_up(
     if cache_is_cold():
         with only_one(cache_base(), say, keep_going):
             if cache_is_cold() and keep_going():
-                say("compiling the inner loops, once on this machine: about a minute")
+                say("compiling the inner loops, once on this machine: a minute or two")
                 _compile_apart(keep_going)
     if load and keep_going():
-        _live_a_little()
+        _live_a_little(*_TO_LOAD)
 
 
 def _compile_apart(keep_going: Callable[[], bool]) -> None:
-    """Run the tiny mission in a process of its own, which keeps on disk what it compiles."""
-    compiler = _FORK.Process(target=_live_a_little, name="expedition compiler", daemon=True)
+    """Run a mission in a process of its own, which keeps on disk what it compiles."""
+    compiler = _FORK.Process(
+        target=_live_a_little, args=_TO_COMPILE, name="expedition compiler", daemon=True
+    )
     compiler.start()
     while compiler.is_alive() and keep_going():
         compiler.join(_POLL_S)
@@ -51,12 +56,9 @@ def _compile_apart(keep_going: Callable[[], bool]) -> None:
     compiler.join()
 
 
-def _live_a_little() -> None:
-    """Run the tiny mission."""
-    overrides = {
-        "mission": {"world": "obstacle_free", "robots": 2, "max_time_s": _SECONDS},
-        "world": {"perturb_starts": False},
-    }
+def _live_a_little(world: str, robots: int, seconds: float) -> None:
+    """Run a small mission in this process."""
+    overrides = {"mission": {"world": world, "robots": robots, "max_time_s": seconds}}
     team = load_team(str(Path(__file__).parent.parent / "teams" / "auction.toml"), overrides)
     stage = cast.set_stage(team)
     hosts = {member.name: cast.agent_host(team, member.name) for member in team.members()}
