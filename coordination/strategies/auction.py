@@ -46,7 +46,7 @@ class AuctionSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     utility: Literal["rate", "net"] = "rate"
-    overhead_m: Annotated[float, Field(gt=0.0)] = 6.0
+    overhead_m: Annotated[float, Field(gt=0.0)] = 3.0
     cost_weight_m2_per_m: Annotated[float, Field(ge=0.0)] = 1.0
     loss_weight: Annotated[float, Field(ge=0.0)] = 0.3
     min_gain_m2: Annotated[float, Field(ge=0.0)] = 1.0
