@@ -28,6 +28,7 @@ from mapping.closest_walls import Ids, move_walls
 from mapping.compiled import compiled
 from mapping.geometry import Floats
 from mapping.grid import CellBox, GridGeometry, OccupancyGrid, Padding
+from mapping.surfel_fitting import refit_surfels
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
@@ -39,11 +40,6 @@ TAN_30 = math.tan(math.radians(30.0))
 
 # Distances are kept as squares in cells, one byte each; this byte says "no wall within reach".
 FAR = 255
-
-# Fewer cells than this, hit fewer times than that, do not tell which way a surface runs. At the far
-# ends of a corridor single beams meet the walls at a slant, a good way apart: taken for posts they
-# would hold a robot back, as every scan has them at the same distances.
-FEW_CELLS, FEW_HITS = 3, 5.0
 
 NO_SURFEL = -1
 
@@ -151,7 +147,7 @@ class SurfaceMap:
                 flips, cleared, self.occupied, self.cells, self.owned, self.closest, self.squared,
                 settings.reach,
             )  # fmt: skip
-        _refit(
+        refit_surfels(
             self.dirty[: self.count], self.owned, self.occupied, self.cells, self.sums,
             self.surfels, settings.fit_radius, settings.doubt, float(self.scans),
             (settings.line_below, settings.blob_above),
@@ -265,93 +261,3 @@ def _find_flips(
             flips[count] = k
             count += 1
     return flips[:count]
-
-
-@compiled
-def _refit(
-    dirty: npt.NDArray[np.bool_],
-    owned: Ids,
-    occupied: npt.NDArray[np.bool_],
-    cells: Ids,
-    sums: Floats,
-    surfels: Floats,
-    radius: int,
-    doubt: float,
-    now: float,
-    ratios: tuple[float, float],
-) -> None:
-    """Fit the surfels anew in whose neighbourhood something changed."""
-    _, rows, cols = owned.shape
-    again = np.zeros(len(dirty), dtype=np.bool_)
-    for k in range(len(dirty)):
-        if not dirty[k]:
-            continue
-        layer = cells[k, 0]
-        for iy in range(max(0, cells[k, 1] - radius), min(rows, cells[k, 1] + radius + 1)):
-            for ix in range(max(0, cells[k, 2] - radius), min(cols, cells[k, 2] + radius + 1)):
-                j = owned[layer, iy, ix]
-                if j >= 0 and occupied[j] and not again[j]:
-                    again[j] = True
-                    _fit_surfel(
-                        j, owned, occupied, cells, sums, surfels, radius, doubt, now, ratios
-                    )
-
-
-@compiled
-def _fit_surfel(
-    k: int,
-    owned: Ids,
-    occupied: npt.NDArray[np.bool_],
-    cells: Ids,
-    sums: Floats,
-    surfels: Floats,
-    radius: int,
-    doubt: float,
-    now: float,
-    ratios: tuple[float, float],
-) -> None:
-    """Fit a line to the end points around surfel `k`; how much it is a line shapes its matrix."""
-    _, rows, cols = owned.shape
-    layer = cells[k, 0]
-    x0, y0 = sums[k, 1] / sums[k, 0], sums[k, 2] / sums[k, 0]
-    neighbours = 0
-    n = sx = sy = sxx = sxy = syy = 0.0
-    first = now
-    for iy in range(max(0, cells[k, 1] - radius), min(rows, cells[k, 1] + radius + 1)):
-        for ix in range(max(0, cells[k, 2] - radius), min(cols, cells[k, 2] + radius + 1)):
-            j = owned[layer, iy, ix]
-            if j < 0:
-                continue
-            # Around a corner the other wall must not bend the line: it counts less.
-            agree = (sums[k, 3] * sums[j, 3] + sums[k, 4] * sums[j, 4]) / (sums[k, 0] * sums[j, 0])
-            if agree <= 0.0:
-                continue
-            w = sums[j, 0] * agree * agree
-            neighbours += 1
-            first = min(first, sums[j, 5])
-            x = sums[j, 1] / sums[j, 0] - x0
-            y = sums[j, 2] / sums[j, 0] - y0
-            n += w
-            sx += w * x
-            sy += w * y
-            sxx += w * x * x
-            sxy += w * x * y
-            syy += w * y * y
-    mx, my = sx / n, sy / n
-    cxx, cxy, cyy = sxx / n - mx * mx, sxy / n - mx * my, syy / n - my * my
-    half = 0.5 * (cxx - cyy)
-    spread = math.sqrt(half * half + cxy * cxy)
-    middle = 0.5 * (cxx + cyy)
-    ratio = (middle - spread) / (middle + spread) if middle + spread > 1e-9 else 1.0
-    blob = min(1.0, max(0.0, (ratio - ratios[0]) / (ratios[1] - ratios[0])))
-    angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy)
-    nx, ny = -math.sin(angle), math.cos(angle)
-    # A blob sits at its own cell's mean, a line passes through the mean of all.
-    surfels[k, 0] = x0 + (1.0 - blob) * mx
-    surfels[k, 1] = y0 + (1.0 - blob) * my
-    seen = min(n, now - first + 1.0)
-    trust = 0.0 if neighbours < FEW_CELLS and n < FEW_HITS else seen / (seen + doubt)
-    surfels[k, 2] = nx * nx + blob * ny * ny
-    surfels[k, 3] = nx * ny * (1.0 - blob)
-    surfels[k, 4] = ny * ny + blob * nx * nx
-    surfels[k, 5] = trust

@@ -8,7 +8,8 @@ from mapping.grid import GridGeometry, OccupancyGrid
 from mapping.scan import LaserScan
 from mapping.scan_integration import integrate_scan, scan_extent
 from mapping.scan_points import scan_points, turned_points
-from mapping.surface_map import FAR, FEW_HITS, NO_SURFEL, SurfaceMap, SurfaceSettings, layer_of
+from mapping.surface_map import FAR, NO_SURFEL, SurfaceMap, SurfaceSettings, layer_of
+from mapping.surfel_fitting import FEW_HITS
 from tests.unit.mapping.rectangle import rectangle_scan
 
 
