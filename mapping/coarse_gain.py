@@ -15,7 +15,7 @@ import numpy.typing as npt
 from mapping.coarse_weights import block_box
 from mapping.compiled import compiled
 from mapping.geometry import Floats
-from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, CellBox, Cells
+from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, CellBox, Cells, around_both
 from mapping.information_gain import (
     CLOSED,
     NO_WEIGHT,
@@ -144,8 +144,7 @@ def coarse_information_gains(
         weight = coarse.fine_weight if coarse.fine_weight.size else None
         again, around = information_gains(coarse.fine, weight, cells[doubtful], range_cells)
         gains[doubtful] = again
-        boxes[doubtful, :2] = np.minimum(boxes[doubtful, :2], around[:, :2])
-        boxes[doubtful, 2:] = np.maximum(boxes[doubtful, 2:], around[:, 2:])
+        boxes[doubtful] = around_both(boxes[doubtful], around)
     return gains, boxes
 
 

@@ -85,6 +85,15 @@ def box_of(cells: npt.NDArray[np.generic]) -> CellBox:
     return CellBox(int(rows[0]), int(cols[0]), int(rows[-1]) + 1, int(cols[-1]) + 1)
 
 
+def around_both(boxes: Cells, others: Cells) -> Cells:
+    """Return the smallest boxes (N, 4), each around one of `boxes` and its one of `others`.
+
+    All half open (iy0, ix0, iy1, ix1), (N, 4) int64.
+    """
+    low, high = np.minimum(boxes[:, :2], others[:, :2]), np.maximum(boxes[:, 2:], others[:, 2:])
+    return np.concatenate((low, high), axis=1)
+
+
 @dataclass(frozen=True, slots=True)
 class Padding:
     """Rows and columns added on each side when a grid grows."""

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,7 @@ import numpy.typing as npt
 from mapping.compiled import compiled
 from mapping.geometry import Floats
 from mapping.grid import OBSTACLE, UNKNOWN, Cells
+from mapping.information_gain import NO_WEIGHT
 
 # Rays end where they are less likely than this to get on.
 _FADED = 0.03
@@ -45,8 +47,7 @@ class Sight:
     rays: int = 48
 
 
-@dataclass(frozen=True, slots=True)
-class _Fan:
+class _Fan(NamedTuple):
     """The cells that each ray from the middle of a cell passes, in order, its own left out.
 
     Attributes:
@@ -73,7 +74,8 @@ def visible_gains(
 
     Args:
         classes: (rows, cols) uint8 of `mapping.grid` classes; off the grid all is unknown.
-        weight: (rows, cols) float32, what each unknown cell counts; without it each counts 1.
+        weight: (rows, cols) float32, what each unknown cell counts; each counts 1 if it is empty or
+            not given.
         places: (N, 2) cells, inside the grid.
         sight: how far a sensor sees.
         enough: (N,) [cells], no need to count on once a gain has come to this; without it all is
@@ -85,17 +87,12 @@ def visible_gains(
             depends; may reach over the grid's edge.
     """
     cells = np.asarray(places, dtype=np.int64).reshape(-1, 2)
-    weights = np.empty((0, 0), dtype=np.float32) if weight is None else weight
-    fan = _fan(sight)
     return _visible_gains(
         np.ascontiguousarray(classes),
-        np.ascontiguousarray(weights),
+        NO_WEIGHT if weight is None else np.ascontiguousarray(weight),
         cells,
         np.full(len(cells), np.inf) if enough is None else enough,
-        fan.cells,
-        fan.areas,
-        fan.pass_on,
-        fan.first,
+        _fan(sight),
     )
 
 
@@ -105,10 +102,7 @@ def _visible_gains(
     weight: npt.NDArray[np.float32],
     places: Cells,
     enough: Floats,
-    cells: npt.NDArray[np.int32],
-    areas: Floats,
-    pass_on: Floats,
-    first: npt.NDArray[np.int64],
+    fan: _Fan,
 ) -> tuple[Floats, Cells]:
     """Compiled body of `visible_gains`."""
     gains = np.zeros(len(places))
@@ -116,7 +110,7 @@ def _visible_gains(
     for k in range(len(places)):
         depends[k, :2], depends[k, 2:] = places[k], places[k] + 1
         y, x = places[k, 0], places[k, 1]
-        gains[k] = _look(classes, weight, y, x, enough[k], cells, areas, pass_on, first, depends[k])
+        gains[k] = _look(classes, weight, y, x, enough[k], fan, depends[k])
     return gains, depends
 
 
@@ -127,27 +121,24 @@ def _look(
     y: int,
     x: int,
     enough: float,
-    cells: npt.NDArray[np.int32],
-    areas: Floats,
-    pass_on: Floats,
-    first: npt.NDArray[np.int64],
+    fan: _Fan,
     depends: npt.NDArray[np.int64],
 ) -> float:
     """Return what may be seen from a cell; widen `depends` (4,) by all cells looked at."""
     rows, cols = classes.shape
     gain, y0, x0, y1, x1 = 0.0, y, x, y, x
-    for ray in range(len(first) - 1):
+    for ray in range(len(fan.first) - 1):
         chance, iy, ix = 1.0, y, x
-        for at in range(first[ray], first[ray + 1]):
-            iy, ix = y + cells[at, 0], x + cells[at, 1]
+        for at in range(fan.first[ray], fan.first[ray + 1]):
+            iy, ix = y + fan.cells[at, 0], x + fan.cells[at, 1]
             inside = 0 <= iy < rows and 0 <= ix < cols
             kind = classes[iy, ix] if inside else UNKNOWN
             if kind == OBSTACLE:
                 break
             if kind == UNKNOWN:
                 counts = weight[iy, ix] if inside and len(weight) > 0 else np.float32(1.0)
-                gain += chance * areas[at] * counts
-                chance *= pass_on[at]
+                gain += chance * fan.areas[at] * counts
+                chance *= fan.pass_on[at]
                 if chance < _FADED:
                     break
         y0, x0, y1, x1 = min(y0, iy), min(x0, ix), max(y1, iy), max(x1, ix)

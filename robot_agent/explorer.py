@@ -15,7 +15,7 @@ from mapping.frontier_tour import values_after
 from mapping.frontiers import find_frontiers
 from mapping.gain_cache import GainCache
 from mapping.geometry import Floats, Pose2
-from mapping.grid import CellBox, Cells
+from mapping.grid import CellBox, Cells, around_both
 from mapping.visible_gain import Sight, visible_gains
 from protocol.body import Body
 from protocol.messages import Bid
@@ -167,13 +167,13 @@ class Explorer:
         if settings.sight_factor == 0.0:
             return gains, boxes, depends
         sight = Sight(reach, settings.free_path_m / resolution)
-        weight = coarse.fine_weight if settings.weigh_by_probability else None
         some = np.flatnonzero(gains)
         enough = gains[some] / settings.sight_factor
-        seen, around = visible_gains(self._map.classes, weight, cells[some], sight, enough)
+        seen, around = visible_gains(
+            self._map.classes, coarse.fine_weight, cells[some], sight, enough
+        )
         gains[some] = np.minimum(gains[some], settings.sight_factor * seen)
-        depends[some, :2] = np.minimum(depends[some, :2], around[:, :2])
-        depends[some, 2:] = np.maximum(depends[some, 2:], around[:, 2:])
+        depends[some] = around_both(depends[some], around)
         return gains, boxes, depends
 
     def _best(self, gains: Floats) -> npt.NDArray[np.int64]:

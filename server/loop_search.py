@@ -42,7 +42,7 @@ class LoopSearch:
         points_base = scan.points_base()
         own, driven = self._team.carried(chain, T_map_base, way)
         reach = window_of(own, settings).reach + 0.15
-        around = []
+        candidates = []
         for submap in self._in_sight(points_base, T_map_base):
             last = chain.compared.get(submap.anchor)
             if submap is chain.submap or (last and not self._moved(last, T_map_base)):
@@ -50,12 +50,12 @@ class LoopSearch:
             guess = self._team.graph.pose(submap.anchor).inverse() @ T_map_base
             seen = submap.walls.near(guess.apply(points_base), reach)
             if seen >= settings.points:
-                around.append((seen, submap, guess))
+                candidates.append((seen, submap, guess))
             else:
                 chain.compared[submap.anchor] = T_map_base
-        around.sort(key=lambda row: (-row[0], row[1].anchor))
+        candidates.sort(key=lambda row: (-row[0], row[1].anchor))
         found = []
-        for _, submap, guess in around[: settings.compared]:
+        for _, submap, guess in candidates[: settings.compared]:
             chain.compared[submap.anchor] = T_map_base
             prior = self._apart(chain, submap, T_map_base, own, driven)
             match = compare(submap.map, scan, guess, prior, settings)

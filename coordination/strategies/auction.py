@@ -30,7 +30,8 @@ class AuctionSettings(BaseModel):
             looking, waiting for the map to change.
         cost_weight_m2_per_m: with `net`, how much information one metre of way must be worth.
         loss_weight: with `net`, how much it counts what a robot loses on the rest of its route by
-            going to a place first; 0 is the paper's rule, which looks at one place at a time.
+            going to a place first, if bids tell (`robot.explorer.look_ahead`); 0 is the paper's
+            rule, which looks at one place at a time.
         min_gain_m2: the least discounted gain worth a trip.
         hysteresis_ratio: a place in the region of the robot's running task has its gain divided by
             this; lower values make robots stay with what they are at. 1 switches it off.
