@@ -100,15 +100,28 @@ class NormalEquations:
 
     def covariances(self, nodes: Sequence[int]) -> Floats:
         """Return the diagonal blocks (n, 3, 3) of the inverse that belong to some nodes."""
-        assert self._solver is not None, "fill the system in first"
         found = np.empty((len(nodes), 3, 3))
-        unit = np.zeros(3 * len(self._gradient))
         for block, node in zip(found, nodes, strict=True):
-            for axis in range(3):
-                unit[3 * node + axis] = 1.0
-                block[axis] = self._solver.solve(unit)[3 * node : 3 * node + 3]
-                unit[3 * node + axis] = 0.0
+            block[:] = self._columns(node)[:, 3 * node : 3 * node + 3]
         return found
+
+    def joint_covariance(self, nodes: Sequence[int]) -> Floats:
+        """Return the part (3 n, 3 n) of the inverse that belongs to some nodes together."""
+        kept = (3 * np.array(nodes, dtype=np.int64)[:, None] + np.arange(3)).ravel()
+        return np.concatenate(
+            [np.zeros((0, len(kept))), *(self._columns(k)[:, kept] for k in nodes)]
+        )
+
+    def _columns(self, node: int) -> Floats:
+        """Return the three columns (3, 3 N) of the inverse that belong to a node."""
+        assert self._solver is not None, "fill the system in first"
+        unit = np.zeros(3 * len(self._gradient))
+        columns = np.empty((3, len(unit)))
+        for axis in range(3):
+            unit[3 * node + axis] = 1.0
+            columns[axis] = self._solver.solve(unit)
+            unit[3 * node + axis] = 0.0
+        return columns
 
 
 @compiled

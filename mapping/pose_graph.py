@@ -127,9 +127,19 @@ class PoseGraph:
         """Return the covariance (n, 3, 3) of each of `nodes` against the first node, map frame."""
         if not self.edges:
             return np.tile(np.eye(3) / HELD, (len(nodes), 1, 1))
+        return self._filled().covariances(nodes)
+
+    def joint_covariance(self, nodes: list[int]) -> Floats:
+        """Return the joint covariance (3 n, 3 n) of `nodes` against the first node, map frame."""
+        if not self.edges:
+            return np.eye(3 * len(nodes)) / HELD
+        return self._filled().joint_covariance(nodes)
+
+    def _filled(self) -> NormalEquations:
+        """Return the system of all edges, worked out at the poses as they are."""
         system = self._system()
         system.fill(self.poses, _ROBUST_FROM, _POWERS[-1][0])
-        return system.covariances(nodes)
+        return system
 
     def _system(self) -> NormalEquations:
         """Return the system of all edges; it serves until a node or an edge is added."""

@@ -16,6 +16,8 @@ def nothing_left(
 ) -> bool:
     """Return whether nothing useful is left, by bids that can be trusted to be up to date.
 
+    A visit under way is waited for.
+
     At least one robot of the pool must have bid. All of them are waited for, but none for ever: one
     that never bids, or whose bids stopped, is left out of account in the end.
 
@@ -28,6 +30,8 @@ def nothing_left(
     """
     since = assignment.nothing_since
     if since is None or now < since + settings.settle_s:
+        return False
+    if any(member.live and member.mode == "visit" for member in pool):
         return False
     members = pool.fit(now)
     heard = [m for m in members if m.bid is not None and m.lag(now) <= settings.bid_patience_s]

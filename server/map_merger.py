@@ -77,6 +77,7 @@ class MapMerger:
         self.members: dict[str, Member] = {}
         self.nodes: list[Node] = []
         self._trails: dict[str, Trail] = {}
+        self._settled = 0  # how many edges there were when the map was put right last
         self.dirty = EMPTY_BOX
 
     @property
@@ -219,11 +220,13 @@ class MapMerger:
 
     def settle(self) -> bool:
         """Put the map right by all that is known; return whether it was drawn again."""
-        if not self.nodes:
+        edges = self.team.graph.edges
+        if len(edges) == self._settled:
             return False
         self.team.settle()
         self._loops.consolidate()
         self.team.settle()
+        self._settled = len(edges)
         return self._redraw()
 
     def track(self, name: str) -> Floats:
@@ -291,8 +294,8 @@ class MapMerger:
     def _extend(self, name: str, report: Report, T_map_base: Pose2, way: Way) -> int:
         """Add a node to a robot's way, tied to the one before and to some long before."""
         node = self.team.extend(name, report.scan, T_map_base, way)
-        for first, span in self._trails[name].add(node, report, way):
-            self.team.span(first, node, span)
+        for span in self._trails[name].add(node, report, way):
+            self.team.span(span, node)
         return node
 
     def _insert(self, name: str, member: Member, report: Report, T_map_odom: Pose2) -> None:

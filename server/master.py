@@ -20,6 +20,7 @@ from protocol.fault_book import FaultBook
 from protocol.messages import Message
 from protocol.world_messages import Finished, Join
 from server.bids import BidError, robot_bid
+from server.last_looks import LastLooks
 from server.map_merger import MapMerger
 from server.map_publisher import MapPublisher
 from server.placing import motion_of
@@ -57,6 +58,7 @@ class Master:
         self.merger = MapMerger(settings.merger)
         ground = WaitingGround(self.merger, self.roster, settings.map)
         self.executive = TaskExecutive(settings.executive, strategy, ground.choose)
+        self._looks = LastLooks(self.merger, self.roster, self.executive, settings.map)
         self.strategy_name = strategy_name
         self.ended: Ended | None = None
         self.reason = ""
@@ -255,7 +257,7 @@ class Master:
         if self._time_limit is not None and now >= self._time_limit - _EPSILON:
             return self._end("time_limit", f"{self._time_limit:g} s are over", now)
         if self.executive.exhausted(now):
-            return self._end("explored", "nothing useful is left", now)
+            return self._looks.next(now) or self._end("explored", "nothing useful is left", now)
         if self.roster.present() or not self.roster.bodies:
             self._alone_since = None
         elif self._alone_since is None:

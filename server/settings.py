@@ -107,6 +107,9 @@ class MapSettings(_Settings):
 
     p_obstacle and p_clear are the thresholds p_o and p_c of Simmons et al. 2000. A cell that one
     scan saw free, and no other, counts as clear: robots must not have to look at everything twice.
+
+    Before a mission ends, robots are sent up to `last_looks` times to look at seams of the map that
+    may be off by more than `loose_m` (one sigma), see `last_looks` and `seams`.
     """
 
     p_obstacle: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.65
@@ -114,6 +117,8 @@ class MapSettings(_Settings):
     delta_period_s: Positive = 0.3
     poses_period_s: Positive = 0.5
     teammate_margin_m: NotNegative = 0.25
+    last_looks: Annotated[int, Field(ge=0)] = 3
+    loose_m: Positive = 0.1
 
 
 class ServerSettings(_Settings):

@@ -56,7 +56,23 @@ class Submap:
     def walls(self) -> WallBlocks:
         """Where it has walls, anchor frame."""
         if self._seen_scans != self.map.scans:
-            self._seen_scans, surfaces = self.map.scans, self.map.surfaces
-            surfels = surfaces.surfels[: surfaces.count, :2]
-            self._walls = WallBlocks(surfels[surfaces.occupied[: surfaces.count]])
+            self._seen_scans = self.map.scans
+            self._walls = WallBlocks(self.wall_points)
         return self._walls
+
+    @property
+    def wall_points(self) -> Floats:
+        """Points on its walls (n, 2) [m], anchor frame."""
+        return self._wall_surfels[:, :2]
+
+    @property
+    def wall_normals(self) -> Floats:
+        """Unit vectors across its walls at these points (n, 2), of either sign, anchor frame."""
+        xx, xy, yy = self._wall_surfels[:, 2:5].T
+        angles = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+        return np.stack((np.cos(angles), np.sin(angles)), axis=1)
+
+    @property
+    def _wall_surfels(self) -> Floats:
+        surfaces = self.map.surfaces
+        return surfaces.surfels[: surfaces.count][surfaces.occupied[: surfaces.count]]

@@ -247,6 +247,11 @@ class TaskExecutive:
         task = None if member is None else member.task
         return task is not None and task.kind not in ("pause", "wait")
 
+    def free(self, robot: str, now: float) -> bool:
+        """Whether a robot of the team has nothing to do but wait."""
+        member = self._pool.get(robot)
+        return member is not None and member.fit(now) and not self.busy(robot)
+
     def mode(self, robot: str) -> str:
         """Return whose a robot is: `pool`, `visit`, `drive`, `pause`, `lost` or `unknown`."""
         member = self._pool.get(robot)

@@ -35,8 +35,10 @@ from server.comparing import (
     widest_sigma,
 )
 from server.placing import Way
+from server.seams import Piece, Seam, loose_seams
 from server.settings import LoopSettings
 from server.submaps import Submap
+from server.trail import Span
 
 # A robot is tied when little was seen of anything; loops tell better soon [m], [rad].
 _TIE = np.diag([0.05**2, 0.05**2, math.radians(1.0) ** 2])
@@ -120,18 +122,20 @@ class TeamGraph:
         """
         chain = self.chains[robot]
         node = self._add(scan, T_map_base)
-        self.graph.connect(_step(chain.node, node, way, robust=False))
+        information: Floats = np.linalg.inv(way.covariance).astype(np.float64)
+        self.graph.connect(Edge(chain.node, node, way.T_last_base, information))
         chain.covariance, chain.driven = self.carried(chain, T_map_base, way)
         chain.node = node
         self._draw(chain, scan, T_map_base, way)
         return node
 
-    def span(self, first: int, last: int, way: Way) -> None:
+    def span(self, span: Span, last: int) -> None:
         """Connect two nodes of one robot by what its own map says of the way between them.
 
         It may be wrong: now and then a robot takes one thing for another, and its map is bent.
         """
-        self.graph.connect(_step(first, last, way, robust=True))
+        edge = Edge(span.first, last, span.T_first_last, span.information, robust=True)
+        self.graph.connect(edge)
 
     def _add(self, scan: LaserScan, T_map_base: Pose2) -> int:
         self.scans.append(scan)
@@ -251,6 +255,12 @@ class TeamGraph:
                 chain.compared = {}
         return moved
 
+    def loose_seams(self, loose: float) -> list[Seam]:
+        """Return where submaps meet that may stand off each other by more (one sigma) [m]."""
+        anchors = [submap.anchor for submap in self.submaps]
+        pieces = [_piece(submap, self.graph.pose(submap.anchor)) for submap in self.submaps]
+        return loose_seams(pieces, self.graph.joint_covariance(anchors), loose)
+
     def connect(self, submap: Submap, node: int, match: Match) -> Edge:
         """Connect a node with a submap that its scan fits."""
         T_anchor_base = match.T_map_base
@@ -268,10 +278,14 @@ class TeamGraph:
         return _positive(driven - carried_covariance(submap.driven, dx, dy))
 
 
-def _step(i: int, j: int, way: Way, robust: bool) -> Edge:
-    """Return the edge between the nodes at both ends of a way."""
-    information: Floats = np.linalg.inv(way.covariance).astype(np.float64)
-    return Edge(i, j, way.T_last_base, information, robust)
+def _piece(submap: Submap, T_map_anchor: Pose2) -> Piece:
+    """Return a submap as a piece of the team's map."""
+    turned = Pose2(0.0, 0.0, T_map_anchor.theta)
+    return Piece(
+        T_map_anchor.as_array()[:2],
+        T_map_anchor.apply(submap.wall_points),
+        turned.apply(submap.wall_normals),
+    )
 
 
 def _positive(covariance: Floats) -> Floats:

@@ -3,8 +3,9 @@
 A robot matches each scan with its own map, so its poses scatter around that map and hardly drift:
 a few tenths of a degree over thirty metres. The steps from one report to the next do not tell that:
 added up, their errors grow as if each were new. So the pose graph is told of longer pieces of way
-as well, each as a whole. They overlap, and what they have in common is counted several times; their
-covariances are larger by as much.
+as well, each as a whole: of what it knows of them, that which the steps do not tell already. Where
+it saw nothing, that is nothing. Spans overlap, and what they have in common is counted several
+times; they count less by as much.
 """
 
 from __future__ import annotations
@@ -32,19 +33,36 @@ _COUNTED = 4.0
 
 
 @dataclass(frozen=True, slots=True)
+class Span:
+    """A longer piece of a robot's way.
+
+    Attributes:
+        first: the pose graph's node where it begins.
+        T_first_last: where it ends, as seen from there.
+        information: (3, 3) of that, frame of the end; only what its steps do not tell, may be
+            singular.
+    """
+
+    first: int
+    T_first_last: Pose2
+    information: Floats
+
+
+@dataclass(frozen=True, slots=True)
 class _Stop:
     """A node of the pose graph on a robot's way.
 
     Attributes:
         node: its number.
         T_odom_base: the robot's pose there, in its own map.
-        blind: (3, 3) covariance of the step from the stop before, as far as it was blind, in the
-            odom frame.
+        error: (3, 3) covariance of the step from the stop before, odom frame,
+        blind: and of it the part that was driven blindly.
         driven: way driven so far [m].
     """
 
     node: int
     T_odom_base: Pose2
+    error: Floats
     blind: Floats
     driven: float
 
@@ -60,9 +78,10 @@ class Trail:
 
     def begin(self, node: int, report: Report) -> None:
         """Begin anew at a node: nothing is known of the way from those before."""
-        self._stops = [_Stop(node, report.T_odom_base, np.zeros((3, 3)), self._driven)]
+        none = np.zeros((3, 3))
+        self._stops = [_Stop(node, report.T_odom_base, none, none, self._driven)]
 
-    def add(self, node: int, report: Report, way: Way) -> list[tuple[int, Way]]:
+    def add(self, node: int, report: Report, way: Way) -> list[Span]:
         """Go on to a node.
 
         Args:
@@ -71,20 +90,21 @@ class Trail:
             way: how the robot came there from the node before.
 
         Returns:
-            For each span that ends here: the node where it begins, and the way from there.
+            The spans that end here.
         """
         if way.by_wheels or not self._stops:
             self.begin(node, report)
             return []
         driven = self._driven + math.hypot(way.T_last_base.x, way.T_last_base.y)
-        self._stops.append(_Stop(node, report.T_odom_base, _blind_part(way.error), driven))
+        stop = _Stop(node, report.T_odom_base, way.error, _blind_part(way.error), driven)
+        self._stops.append(stop)
         spans = []
         for k, length in enumerate(self._lengths):
             first = self._first(length)
             if first is None or driven - self._told[k] < length / _OVERLAP:
                 continue
             self._told[k] = driven
-            spans.append((self._stops[first].node, self._way_from(first)))
+            spans.append(self._span_from(first))
         self._forget()
         return spans
 
@@ -99,22 +119,25 @@ class Trail:
                 return k
         return None
 
-    def _way_from(self, first: int) -> Way:
-        """Return the way from a stop to the newest."""
+    def _span_from(self, first: int) -> Span:
+        """Return the span from a stop to the newest."""
         start, end = self._stops[first], self._stops[-1]
-        error = np.zeros((3, 3))
+        blind, steps = np.zeros((3, 3)), np.zeros((3, 3))
         for before, stop in zip(self._stops[first:], self._stops[first + 1 :], strict=False):
             dx = stop.T_odom_base.x - before.T_odom_base.x
             dy = stop.T_odom_base.y - before.T_odom_base.y
-            error = carried_covariance(error, dx, dy) + stop.blind
+            blind = carried_covariance(blind, dx, dy) + stop.blind
+            steps = carried_covariance(steps, dx, dy) + stop.error
         dx = end.T_odom_base.x - start.T_odom_base.x
         dy = end.T_odom_base.y - start.T_odom_base.y
-        error += carried_covariance(_SCATTER, dx, dy) + _SCATTER
+        scatter = carried_covariance(_SCATTER, dx, dy) + _SCATTER
         # A heading that drifts evenly shifts the end by half of what it turned.
-        error += carried_covariance(_DRIFT * (end.driven - start.driven), 0.5 * dx, 0.5 * dy)
-        return Way(
+        drift = carried_covariance(_DRIFT * (end.driven - start.driven), 0.5 * dx, 0.5 * dy)
+        more = _information_beyond(blind + scatter + drift, steps + 1e-9 * np.eye(3)) / _COUNTED
+        return Span(
+            start.node,
             start.T_odom_base.inverse() @ end.T_odom_base,
-            turned_covariance(_COUNTED * error, end.T_odom_base.theta),
+            turned_covariance(more, end.T_odom_base.theta),
         )
 
     def _forget(self) -> None:
@@ -131,3 +154,12 @@ def _blind_part(error: Floats) -> Floats:
     kept = np.maximum(strengths - _SEEN**2, 0.0)
     blind: Floats = (directions * kept) @ directions.T / scale
     return blind
+
+
+def _information_beyond(covariance: Floats, known: Floats) -> Floats:
+    """Return the information (3, 3) by which a covariance knows more than another, if it does."""
+    scale = np.outer((1.0, 1.0, _LEVER), (1.0, 1.0, _LEVER))
+    gained = np.linalg.inv(covariance) - np.linalg.inv(known)
+    strengths, directions = np.linalg.eigh(gained / scale)
+    beyond: Floats = (directions * np.maximum(strengths, 0.0)) @ directions.T * scale
+    return beyond

@@ -75,6 +75,8 @@ def test_a_step_solves_the_whole_system(robust: bool, power: int) -> None:
         for node, found in zip(connected, system.covariances(connected), strict=True):
             block = inverse[3 * node : 3 * node + 3, 3 * node : 3 * node + 3]
             assert found == pytest.approx(block, abs=1e-6)
+        both = np.ix_([12, 13, 14, 3, 4, 5], [12, 13, 14, 3, 4, 5])
+        assert system.joint_covariance([4, 1]) == pytest.approx(inverse[both], abs=1e-6)
 
 
 def test_a_node_without_edges_stays() -> None:

@@ -38,6 +38,7 @@ def test_a_graph_without_edges_stays() -> None:
     graph.add(Pose2(1.0, 2.0, 0.3))
     assert graph.optimise() == (0.0, 0.0)
     assert graph.covariances([0])[0] == pytest.approx(np.zeros((3, 3)), abs=1e-6)
+    assert graph.joint_covariance([0]) == pytest.approx(np.zeros((3, 3)), abs=1e-6)
     assert len(graph) == 1
 
 

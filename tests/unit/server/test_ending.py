@@ -120,3 +120,16 @@ def test_old_bids_alone_end_nothing() -> None:
     rig.wait(25.0, "anna")
     assert not rig.executive.exhausted(rig.now)
     assert rig.executive.stalled(rig.now) == "no robot bids"
+
+
+def test_a_visit_under_way_is_waited_for() -> None:
+    rig = Rig("anna", "ben")
+    rig.bid("anna")
+    rig.bid("ben")
+    rig.wait(4.5, "anna", "ben")
+    assert rig.executive.exhausted(rig.now)
+    assert rig.executive.visit("ben", 1.0, 1.0, rig.now).accepted
+    assert not rig.executive.exhausted(rig.now)
+    assert rig.executive.free("anna", rig.now)
+    assert not rig.executive.free("ben", rig.now)
+    assert not rig.executive.free("carol", rig.now)

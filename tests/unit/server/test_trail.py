@@ -10,11 +10,11 @@ import pytest
 from mapping.geometry import Floats, Pose2
 from mapping.scan import LaserScan
 from server.placing import Report, Way
-from server.trail import Trail, _blind_part
+from server.trail import Span, Trail, _blind_part
 
 SCAN = LaserScan(np.ones(1, dtype=np.float32), 0.0, 0.1, 5.0, 0.0)
 SURE = np.diag([1e-4, 1e-4, 1e-5])
-SEEN = np.zeros((3, 3))
+SEEN = np.diag([1e-4, 1e-4, 1e-5])
 BLIND = np.diag([0.01, 0.01, math.radians(5.0) ** 2])
 
 
@@ -26,7 +26,7 @@ def way(error: Floats = SEEN, by_wheels: bool = False) -> Way:
     return Way(Pose2(1.0, 0.0, 0.0), SURE, error, by_wheels)
 
 
-def driven(trail: Trail, metres: int, **of_way: object) -> list[tuple[int, Way]]:
+def driven(trail: Trail, metres: int, **of_way: object) -> list[Span]:
     """Drive straight on, a node for each metre; return all spans told of."""
     trail.begin(0, report(0.0))
     spans = []
@@ -37,18 +37,19 @@ def driven(trail: Trail, metres: int, **of_way: object) -> list[tuple[int, Way]]
 
 def test_a_span_is_told_of_once_it_is_long_enough_and_not_at_every_step() -> None:
     spans = driven(Trail((8.0,)), 13)
-    assert [first for first, _ in spans] == [0, 2, 4]
-    for _, span in spans:
-        assert span.T_last_base.x == pytest.approx(8.0)
-        assert np.linalg.eigvalsh(span.covariance)[0] > 0.0
+    assert [span.first for span in spans] == [0, 2, 4]
+    for span in spans:
+        assert span.T_first_last.x == pytest.approx(8.0)
+        assert np.linalg.eigvalsh(span.information)[0] > -1e-6
 
 
-def test_a_span_is_far_surer_than_its_steps_added_up_but_not_where_it_was_blind() -> None:
-    (_, seen), *_ = driven(Trail((4.0,)), 4)
-    (_, blind), *_ = driven(Trail((4.0,)), 4, error=BLIND)
-    assert math.sqrt(seen.covariance[2, 2]) < math.radians(0.5)
-    assert math.sqrt(blind.covariance[2, 2]) > math.radians(10.0)
-    assert blind.covariance[1, 1] > 0.1  # a heading that is wrong leads astray
+def test_a_span_tells_more_than_its_steps_added_up_but_nothing_where_it_was_blind() -> None:
+    (seen,) = driven(Trail((4.0,)), 4)
+    (blind,) = driven(Trail((4.0,)), 4, error=BLIND)
+    heading_of_steps = 1.0 / (4 * SEEN[2, 2])
+    assert 4.0 * seen.information[2, 2] > heading_of_steps  # four of them overlap everywhere
+    heading_of_steps = 1.0 / (4 * BLIND[2, 2])
+    assert blind.information[2, 2] < 0.1 * heading_of_steps
 
 
 def test_no_span_leads_past_a_place_where_only_the_wheels_count() -> None:
@@ -56,13 +57,13 @@ def test_no_span_leads_past_a_place_where_only_the_wheels_count() -> None:
     assert len(driven(trail, 2)) == 1
     assert trail.add(3, report(3.0), way(by_wheels=True)) == []
     assert trail.add(4, report(4.0), way()) == []
-    assert [first for first, _ in trail.add(5, report(5.0), way())] == [3]
+    assert [span.first for span in trail.add(5, report(5.0), way())] == [3]
 
 
 def test_lengths_do_not_hinder_each_other_and_old_stops_are_forgotten() -> None:
     trail = Trail((16.0, 4.0))
     spans = driven(trail, 60)
-    lengths = {round(span.T_last_base.x) for _, span in spans}
+    lengths = {round(span.T_first_last.x) for span in spans}
     assert lengths == {4, 16}
     assert len(trail._stops) < 20
     assert driven(Trail(()), 5) == []
