@@ -66,7 +66,7 @@ class ExplorerSettings(_Settings):
     spacing_m: Positive = 0.5
     frontier_cells_min: Annotated[int, Field(ge=1)] = 6
     gain_range_m: Positive = 4.0
-    sight_factor: NotNegative = 3.0
+    sight_factor: NotNegative = 1.7
     free_path_m: Positive = 1.5
     weigh_by_probability: bool = True
     coarsening: Annotated[int, Field(ge=1, le=8)] = 4

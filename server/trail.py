@@ -96,7 +96,9 @@ class Trail:
             self.begin(node, report)
             return []
         driven = self._driven + math.hypot(way.T_last_base.x, way.T_last_base.y)
-        stop = _Stop(node, report.T_odom_base, way.error, _blind_part(way.error), driven)
+        T_odom_base = report.T_odom_base
+        error = turned_covariance(way.covariance, -T_odom_base.theta)
+        stop = _Stop(node, T_odom_base, error, _blind_part(way.error), driven)
         self._stops.append(stop)
         spans = []
         for k, length in enumerate(self._lengths):
@@ -133,7 +135,7 @@ class Trail:
         scatter = carried_covariance(_SCATTER, dx, dy) + _SCATTER
         # A heading that drifts evenly shifts the end by half of what it turned.
         drift = carried_covariance(_DRIFT * (end.driven - start.driven), 0.5 * dx, 0.5 * dy)
-        more = _information_beyond(blind + scatter + drift, steps + 1e-9 * np.eye(3)) / _COUNTED
+        more = _information_beyond(blind + scatter + drift, steps) / _COUNTED
         return Span(
             start.node,
             start.T_odom_base.inverse() @ end.T_odom_base,
