@@ -111,12 +111,15 @@ class Padding:
     def pad(self, array: npt.NDArray[_Scalar], fill: float) -> npt.NDArray[_Scalar]:
         """Return `array` (..., rows, cols) grown by this padding, new cells set to `fill`."""
         *layers, rows, cols = array.shape
-        grown = np.full(
-            (*layers, rows + self.below + self.above, cols + self.left + self.right),
-            fill,
-            array.dtype,
-        )
-        grown[..., self.below : self.below + rows, self.left : self.left + cols] = array
+        shape = (*layers, rows + self.below + self.above, cols + self.left + self.right)
+        grown = np.empty(shape, array.dtype)
+        top, right = self.below + rows, self.left + cols
+        grown[..., self.below : top, self.left : right] = array
+        # Only around it: to fill all first would write most of a large map twice.
+        grown[..., : self.below, :] = fill
+        grown[..., top:, :] = fill
+        grown[..., self.below : top, : self.left] = fill
+        grown[..., self.below : top, right:] = fill
         return grown
 
 
