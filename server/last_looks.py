@@ -26,7 +26,11 @@ _SAME = 2.0
 
 
 class LastLooks:
-    """Sends robots to loose seams, a few times at most, and to no seam twice."""
+    """Sends robots to loose seams, a few times at most, and to no seam twice.
+
+    A robot that does not get there in time is called back, and nobody is sent any more: a mission
+    must come to its end.
+    """
 
     def __init__(
         self, merger: MapMerger, roster: Roster, executive: TaskExecutive, settings: MapSettings
@@ -36,6 +40,8 @@ class LastLooks:
         self._executive = executive
         self._settings = settings
         self._looked_at: list[Floats] = []
+        self._looking: tuple[str, float] | None = None  # who, and until when at most [s]
+        self._over = False
 
     def next(self, now: float) -> list[Effect]:
         """Put the map right; where a seam stays loose, send a robot to have a look at it.
@@ -46,8 +52,9 @@ class LastLooks:
         Returns:
             What tells the robot; nothing if there is no need, nobody to go, or no look left.
         """
+        self._looking = None
         free = [name for name in self._roster.bodies if self._executive.free(name, now)]
-        if len(self._looked_at) >= self._settings.last_looks or not free:
+        if self._over or len(self._looked_at) >= self._settings.last_looks or not free:
             return []
         self._merger.settle()
         for seam in self._merger.team.loose_seams(self._settings.loose_m):
@@ -56,6 +63,15 @@ class LastLooks:
                 self._looked_at.append(seam.ends.mean(axis=0))
                 return self._send(min(free, key=lambda name: self._way(name, place)), place, now)
         return []
+
+    def call_back(self, now: float) -> list[Effect]:
+        """Return what calls a robot back that does not get to where it should look."""
+        if self._looking is None or now < self._looking[1]:
+            return []
+        robot, self._looking, self._over = self._looking[0], None, True
+        if self._executive.mode(robot) != "visit":
+            return []
+        return list(self._executive.resume(robot, now).sends)
 
     def _view(self, seam: Seam, radius: float) -> Point | None:
         """Return from where a body sees both ends of a seam, (x, y) [m], map frame, if it may."""
@@ -81,6 +97,7 @@ class LastLooks:
         return bool((classify(odds, settings.p_obstacle, settings.p_clear) == CLEAR).all())
 
     def _send(self, robot: str, place: Point, now: float) -> list[Effect]:
+        self._looking = robot, now + self._settings.look_s
         _, text, sends = self._executive.visit(robot, *place, now)
         return [Note("info", f"{text}, where pieces of the map hang loosely together"), *sends]
 

@@ -118,6 +118,7 @@ class Master:
         effects += self._find_silent(now)
         if self.ended is None:
             effects += self.executive.tick(now)
+            effects += self._looks.call_back(now)
             effects += self._notice_end(now)
         elif now >= self.ended_at + self.settings.farewell_s - _EPSILON:
             return [*effects, *self._farewell()]

@@ -109,7 +109,8 @@ class MapSettings(_Settings):
     scan saw free, and no other, counts as clear: robots must not have to look at everything twice.
 
     Before a mission ends, robots are sent up to `last_looks` times to look at seams of the map that
-    may be off by more than `loose_m` (one sigma), see `last_looks` and `seams`.
+    may be off by more than `loose_m` (one sigma), for at most `look_s` each, see `last_looks` and
+    `seams`.
     """
 
     p_obstacle: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.65
@@ -119,6 +120,7 @@ class MapSettings(_Settings):
     teammate_margin_m: NotNegative = 0.25
     last_looks: Annotated[int, Field(ge=0)] = 3
     loose_m: Positive = 0.1
+    look_s: Positive = 60.0
 
 
 class ServerSettings(_Settings):

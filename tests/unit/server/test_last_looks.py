@@ -8,8 +8,9 @@ import pytest
 
 from mapping.geometry import Pose2
 from protocol import messages as words
+from protocol import operator_messages as asks
 from protocol.body import Body
-from protocol.effects import Effect, Note
+from protocol.effects import Effect, Note, Send
 from server.settings import MapSettings
 from tests.unit.server.master_rig import Rig, notes, of_type
 
@@ -30,8 +31,8 @@ def team(**of_map: Any) -> Rig:
     return rig
 
 
-def until_the_end(rig: Rig, seconds: float = 12.0) -> list[Effect]:
-    """Both bid for nothing, and do what they are told at once; return all that is sent."""
+def until_the_end(rig: Rig, seconds: float = 12.0, arrive: bool = True) -> list[Effect]:
+    """Both bid for nothing, and arrive at once where they are sent; return all that is sent."""
     effects: list[Effect] = []
     numbers = 100
     for _ in range(round(seconds)):
@@ -41,7 +42,7 @@ def until_the_end(rig: Rig, seconds: float = 12.0) -> list[Effect]:
             effects += rig.bid(name, numbers, gain=0.0)
         effects += rig.tick(1.0)
         for name in ("robot1", "robot2"):
-            for award in of_type(effects, words.Award, name)[-1:]:
+            for award in of_type(effects, words.Award, name)[-1:] if arrive else []:
                 end = words.TaskEnd(task=award.task, outcome="done", reason="")
                 effects += rig.says(name, end)
     return effects
@@ -63,3 +64,27 @@ def test_a_firm_map_and_an_impatient_team_just_end(of_map: dict[str, Any]) -> No
     effects = until_the_end(rig)
     assert "hang loosely" not in notes([e for e in effects if isinstance(e, Note)])
     assert rig.master.ended == "explored"
+
+
+def test_a_robot_that_does_not_arrive_is_called_back_and_the_mission_ends() -> None:
+    rig = team(**STRICT, look_s=5.0)
+    effects = until_the_end(rig, 9.0, arrive=False)
+    (visit,) = {a.task for a in of_type(effects, words.Award) if a.kind == "visit"}
+    assert rig.master.ended is None
+    effects = until_the_end(rig, 10.0, arrive=False)
+    assert visit in {end.task for end in of_type(effects, words.Terminate)}
+    assert rig.master.ended == "explored"
+
+
+def test_a_look_that_an_operator_broke_off_is_not_called_back() -> None:
+    rig = team(**STRICT, look_s=5.0)
+    effects = until_the_end(rig, 6.0, arrive=False)
+    (robot,) = {a.to for a in effects if isinstance(a, Send) and _is_visit(a)}
+    rig.hello("boss", "operator")
+    rig.says("boss", asks.PauseRequest(robot=robot))
+    until_the_end(rig, 8.0, arrive=False)
+    assert rig.master.executive.mode(robot) == "pause"
+
+
+def _is_visit(send: Send) -> bool:
+    return isinstance(send.message, words.Award) and send.message.kind == "visit"
