@@ -194,6 +194,13 @@ def blurred_information(information: Floats, covariance: Floats) -> Floats:
     return symmetric
 
 
+def positive_part(matrix: Floats) -> Floats:
+    """Return the part of a matrix (3, 3) that is a covariance: symmetric, nothing below zero."""
+    strengths, directions = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    positive: Floats = (directions * np.maximum(strengths, 0.0)) @ directions.T
+    return positive
+
+
 def _wrapped(angles: Floats) -> Floats:
     """Return angles wrapped to [-pi, pi]."""
     wrapped: Floats = np.arctan2(np.sin(angles), np.cos(angles))

@@ -68,9 +68,10 @@ class LastLooks:
         """Return what calls a robot back that does not get to where it should look."""
         if self._looking is None or now < self._looking[1]:
             return []
-        robot, self._looking, self._over = self._looking[0], None, True
+        robot, self._looking = self._looking[0], None
         if self._executive.mode(robot) != "visit":
             return []
+        self._over = True
         return list(self._executive.resume(robot, now).sends)
 
     def _view(self, seam: Seam, radius: float) -> Point | None:
@@ -93,7 +94,7 @@ class LastLooks:
         cells = geometry.cells_at(points)
         if not geometry.contains(cells).all():
             return False
-        odds = self._merger.log_odds[cells[:, 0], cells[:, 1]][None, :]
+        odds = self._merger.log_odds[cells[:, 0], cells[:, 1]]
         return bool((classify(odds, settings.p_obstacle, settings.p_clear) == CLEAR).all())
 
     def _send(self, robot: str, place: Point, now: float) -> list[Effect]:

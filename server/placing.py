@@ -10,7 +10,7 @@ import numpy as np
 
 from mapping.geometry import Floats, Pose2, interpolate, pose_from, wrap_angle
 from mapping.motion_model import MotionModel
-from mapping.pose_graph import carried_covariance, turned_covariance
+from mapping.pose_graph import carried_covariance, positive_part, turned_covariance
 from mapping.scan import LaserScan
 from protocol.body import Drive
 
@@ -180,9 +180,7 @@ def way_between(last: Report, report: Report, track_odom: Floats, motion: Motion
     carried = carried_covariance(before, end.x - start.x, end.y - start.y)
     kept = np.linalg.solve(carried + wheels + 1e-9 * np.eye(3), after).T
     lost = (np.eye(3) - kept) @ carried
-    grown = after - carried + lost + lost.T
-    strengths, directions = np.linalg.eigh(0.5 * (grown + grown.T))
-    grown = (directions * np.maximum(strengths, 0.0)) @ directions.T
+    grown = positive_part(after - carried + lost + lost.T)
     return Way(T_last_base, turned_covariance(grown, end.theta) + _LEAST, grown)
 
 

@@ -24,6 +24,7 @@ from mapping.pose_graph import (
     PoseGraph,
     blurred_information,
     carried_covariance,
+    positive_part,
     turned_covariance,
 )
 from mapping.scan import LaserScan
@@ -275,7 +276,7 @@ class TeamGraph:
         """Return the covariance (3, 3) that a robot's way since a submap's anchor gave it."""
         T_map_anchor = self.graph.pose(submap.anchor)
         dx, dy = T_map_base.x - T_map_anchor.x, T_map_base.y - T_map_anchor.y
-        return _positive(driven - carried_covariance(submap.driven, dx, dy))
+        return positive_part(driven - carried_covariance(submap.driven, dx, dy))
 
 
 def _piece(submap: Submap, T_map_anchor: Pose2) -> Piece:
@@ -286,10 +287,3 @@ def _piece(submap: Submap, T_map_anchor: Pose2) -> Piece:
         T_map_anchor.apply(submap.wall_points),
         turned.apply(submap.wall_normals),
     )
-
-
-def _positive(covariance: Floats) -> Floats:
-    """Return the part of a symmetric (3, 3) matrix that is a covariance."""
-    strengths, directions = np.linalg.eigh(0.5 * (covariance + covariance.T))
-    positive: Floats = (directions * np.maximum(strengths, 0.0)) @ directions.T
-    return positive
