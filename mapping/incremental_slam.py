@@ -28,6 +28,8 @@ class SlamSettings:
         motion: noise of the wheels.
         keyframe_distance: a scan is inserted after moving this far [m].
         keyframe_turn: or after turning this much [rad].
+        refine_distance: a scan that is not inserted refines the walls after moving this far [m].
+        refine_turn: or after turning this much [rad].
         search_sigma: search a window where the pose's standard deviation exceeds this [m].
         search_turn_sigma: or that of the heading exceeds this [rad].
         window_sigmas: size of that window in standard deviations.
@@ -41,6 +43,8 @@ class SlamSettings:
     motion: MotionModel = field(default_factory=MotionModel)
     keyframe_distance: float = 0.2
     keyframe_turn: float = math.radians(10.0)
+    refine_distance: float = 0.04
+    refine_turn: float = math.radians(2.0)
     search_sigma: float = 0.08
     search_turn_sigma: float = math.radians(3.0)
     window_sigmas: float = 3.0
@@ -83,6 +87,7 @@ class IncrementalSlam:
         self.T_odom_base = T_odom_base
         self.covariance: Floats = np.diag([1e-6, 1e-6, 1e-8])
         self._T_odom_keyframe: Pose2 | None = None
+        self._T_odom_refined = T_odom_base
 
     @property
     def grid(self) -> OccupancyGrid:
@@ -107,6 +112,7 @@ class IncrementalSlam:
 
     def _take(self, scan: LaserScan) -> tuple[bool, bool]:
         """Match a scan, correct the pose, insert the scan if due; return (matched, inserted)."""
+        settings = self.settings
         if self._T_odom_keyframe is None:
             self._insert(scan, cautious=False)
             return True, True
@@ -117,7 +123,8 @@ class IncrementalSlam:
                 return False, False
         self.T_odom_base, self.covariance = result.T_map_base, result.covariance
         matched = result.known >= self.settings.known_least
-        if not self._keyframe_due():
+        if not self._due(self._T_odom_keyframe, settings.keyframe_distance, settings.keyframe_turn):
+            self._refine(scan)
             return matched, False
         self._insert(scan, cautious=self._uncertain())
         return matched, True
@@ -155,16 +162,23 @@ class IncrementalSlam:
         n = self.settings.window_sigmas
         return SearchWindow(n * sigma, n * turn_sigma, self.settings.wide.turn_step)
 
-    def _keyframe_due(self) -> bool:
-        """Whether the robot has moved enough since the last inserted scan."""
-        last = self._T_odom_keyframe
-        assert last is not None
-        settings = self.settings
-        turned = abs(wrap_angle(self.T_odom_base.theta - last.theta))
-        moved = self.T_odom_base.distance_to(last)
-        return moved >= settings.keyframe_distance or turned >= settings.keyframe_turn
+    def _due(self, T_odom_last: Pose2, distance: float, turn: float) -> bool:
+        """Whether the robot has moved [m] or turned [rad] enough since a pose."""
+        turned = abs(wrap_angle(self.T_odom_base.theta - T_odom_last.theta))
+        return self.T_odom_base.distance_to(T_odom_last) >= distance or turned >= turn
 
     def _insert(self, scan: LaserScan, cautious: bool) -> None:
         """Insert the scan at the pose believed now."""
         self.map.insert(scan, self.T_odom_base, cautious)
-        self._T_odom_keyframe = self.T_odom_base
+        self._T_odom_keyframe = self._T_odom_refined = self.T_odom_base
+
+    def _refine(self, scan: LaserScan) -> None:
+        """Let a scan that is not inserted sharpen the walls it sees, if it shows them anew.
+
+        What is drawn at a pose that is wrong by a fraction of a degree stays in the map, and all
+        that follows is matched with it; over several poses in a row such errors average out.
+        """
+        settings = self.settings
+        if self._due(self._T_odom_refined, settings.refine_distance, settings.refine_turn):
+            self.map.refine(scan, self.T_odom_base)
+            self._T_odom_refined = self.T_odom_base

@@ -75,6 +75,14 @@ class MatchMap:
         self.surfaces.refresh(self.grid, box)
         return box
 
+    def refine(self, scan: LaserScan, T_map_base: Pose2) -> None:
+        """Let a scan sharpen the walls without drawing it: much cheaper than to insert it.
+
+        Its end points join the means of their cells; the pieces of wall follow at the next insert.
+        """
+        points_map = turned_points(scan_points(scan), T_map_base)
+        self.surfaces.take(self.grid.geometry, points_map, self._depth)
+
     def insert_all(self, scans: Iterable[tuple[LaserScan, Pose2]]) -> None:
         """Fuse scans with their poses `T_map_base`; the walls are fitted once, to all of them."""
         for scan, T_map_base in scans:
@@ -89,16 +97,20 @@ class MatchMap:
         """
         self.surfaces.seal(self.grid.crop(self.surfaces.settings.reach))
 
+    @property
+    def _depth(self) -> float:
+        """How far behind its surface an end point's cell lies [m]."""
+        return self.settings.integration.depth * self.settings.resolution
+
     def _integrate(self, scan: LaserScan, T_map_base: Pose2, cautious: bool) -> CellBox:
         """Fuse a scan into the grid and its end points into the walls, which are not fitted yet."""
-        depth = self.settings.integration.depth * self.settings.resolution
-        self.grow(*scan_extent(scan, T_map_base, depth))
+        self.grow(*scan_extent(scan, T_map_base, self._depth))
         keep_above = self.settings.surface.occupied_above if cautious else np.inf
         points_map = turned_points(scan_points(scan), T_map_base)
         box = integrate_scan(
             self.grid, scan, T_map_base, self.settings.integration, keep_above, points_map
         )
-        self.surfaces.take(self.grid.geometry, points_map, depth)
+        self.surfaces.take(self.grid.geometry, points_map, self._depth)
         self.scans += 1
         return box
 

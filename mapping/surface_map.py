@@ -62,7 +62,7 @@ class SurfaceSettings:
 
     occupied_above: float = 0.4
     reach: int = 6
-    fit_radius: int = 3
+    fit_radius: int = 2
     memory: float = 1000.0
     doubt: float = 20.0
     line_below: float = 0.2

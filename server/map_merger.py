@@ -40,7 +40,7 @@ from server.placing import (
 from server.settings import MergerSettings
 from server.team_graph import TeamGraph
 from server.trail import Trail
-from server.tying import aligns, contradicts, match_held, search_window, seen_by_others
+from server.tying import aligns, contradicts, guesses, match_held, search_window
 
 __all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
 
@@ -201,17 +201,17 @@ class MapMerger:
         member.held.append(report)
         if len(member.held) <= self.settings.sight_wait:
             return Placement(False, 0.0)
-        relation = seen_by_others(name, self.members, self.sightings)
-        if relation is not None:
-            member.T_map_odom, member.covariance = relation.T_a_b, relation.covariance
-        result = match_held(self.map, member, report, relation is not None)
-        if aligns(result, len(member.held), self.settings):
-            T_map_odom = result.T_map_base @ report.T_odom_base.inverse()
-            covariance = result.covariance
-        elif relation is not None and not contradicts(result, self.settings):
-            T_map_odom, covariance = relation.T_a_b, relation.covariance
-        else:
-            return Placement(False, 0.0)
+        for guess in guesses(name, self.members, self.sightings):
+            result = match_held(self.map, member.held, guess)
+            if aligns(result, len(member.held), self.settings):
+                T_map_odom = result.T_map_base @ report.T_odom_base.inverse()
+                return self._tied(name, member, T_map_odom, result.covariance)
+            if guess.seen and not contradicts(result, self.settings):
+                return self._tied(name, member, guess.T_map_odom, guess.covariance)
+        return Placement(False, 0.0)
+
+    def _tied(self, name: str, member: Member, T_map_odom: Pose2, covariance: Floats) -> Placement:
+        """Insert what a robot told so far, where its local map was found to lie."""
         moved = member.T_map_odom.distance_to(T_map_odom)
         member.covariance, member.aligned = covariance, True
         waiting, member.held = member.held, []

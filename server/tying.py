@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from mapping.correlative_search import SearchWindow
-from mapping.geometry import Floats
+from mapping.geometry import Floats, Pose2
 from mapping.match_map import MatchMap
 from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan_matching import MatchResult, match
@@ -20,31 +21,59 @@ from server.settings import MergerSettings
 _HELD_TOGETHER = 6  # reports that are matched together
 
 
-def match_held(map_: MatchMap, member: Member, report: Report, seen: bool) -> MatchResult:
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """Where a robot's local map may lie in the team's.
+
+    Attributes:
+        T_map_odom: there.
+        covariance: (3, 3) of it, map frame.
+        seen: whether teammates saw the robot there; else it was told.
+    """
+
+    T_map_odom: Pose2
+    covariance: Floats
+    seen: bool
+
+
+def guesses(
+    name: str, members: Mapping[str, Member], sightings: MutualSightings
+) -> Iterator[Guess]:
+    """Return where a robot that is not tied to the team's map may be, the surest first.
+
+    Among posts of a robot's size others take it for one of them, and it them: what was told stands
+    beside what was seen.
+    """
+    relation = seen_by_others(name, members, sightings)
+    if relation is not None:
+        yield Guess(relation.T_a_b, relation.covariance, seen=True)
+    yield Guess(members[name].T_map_odom, members[name].covariance, seen=False)
+
+
+def match_held(map_: MatchMap, held: Sequence[Report], guess: Guess) -> MatchResult:
     """Match the last reports of a robot with the team's map, all together.
 
     Args:
         map_: the team's map.
-        member: the robot.
-        report: the last of them.
-        seen: whether teammates told its place.
+        held: its reports so far.
+        guess: where its local map may lie.
     """
-    sigma = math.sqrt(max(member.covariance[0, 0], member.covariance[1, 1]))
-    turn_sigma = math.sqrt(member.covariance[2, 2])
+    covariance, T_odom_base = guess.covariance, held[-1].T_odom_base
+    sigma = math.sqrt(max(covariance[0, 0], covariance[1, 1]))
+    turn_sigma = math.sqrt(covariance[2, 2])
     # Starts are told with uniform errors: one sigma of them is their largest.
-    sigmas = 3.0 if seen else 1.25
+    sigmas = 3.0 if guess.seen else 1.25
     window = SearchWindow(sigmas * sigma + 0.1, sigmas * turn_sigma + 0.02)
-    T_base_odom = report.T_odom_base.inverse()
     points = [
-        turned_points(scan_points(held.scan), T_base_odom @ held.T_odom_base)
-        for held in member.held[-_HELD_TOGETHER:]
+        turned_points(scan_points(report.scan), T_odom_base.inverse() @ report.T_odom_base)
+        for report in held[-_HELD_TOGETHER:]
     ]
     return match(
         map_.grid,
         map_.surfaces,
         np.concatenate(points),
-        member.T_map_odom @ report.T_odom_base,
-        member.covariance,
+        guess.T_map_odom @ T_odom_base,
+        covariance,
         map_.settings.matching,
         window,
     )

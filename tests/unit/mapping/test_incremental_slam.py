@@ -101,6 +101,18 @@ def test_scans_are_inserted_at_keyframes_only():
     assert slam.step(Pose2(0.25, 0.0, 0.0), scan_at(pose @ Pose2(0.25, 0.0, 0.0), rng)).inserted
 
 
+def test_scans_between_keyframes_refine_the_walls_once_the_robot_has_moved():
+    rng = np.random.default_rng(4)
+    slam = started(rng)
+    pose, hits = slam.T_odom_base, slam.map.surfaces.sums[:, 0].sum()
+    slam.step(IDENTITY, scan_at(pose, rng))
+    assert slam.map.surfaces.sums[:, 0].sum() == hits
+    ahead = Pose2(0.1, 0.0, 0.0)
+    estimate = slam.step(ahead, scan_at(pose @ ahead, rng))
+    assert estimate.matched and not estimate.inserted
+    assert slam.map.surfaces.sums[:, 0].sum() > hits
+
+
 def test_wheels_that_slipped_are_found_out_and_the_place_found_again():
     rng = np.random.default_rng(5)
     slam = started(rng)

@@ -35,6 +35,31 @@ def test_a_sealed_map_is_smaller_and_matches_alike():
     assert after.fit == before.fit and before.T_map_base.distance_to(here) < 0.02
 
 
+def off_the_left_wall(refined: int, rng: np.random.Generator) -> float:
+    """Return how far surfels lie off a wall seen from one place again and again, rms [m]."""
+    T_room_base = Pose2(1.0, 1.0, 0.5)
+    T_map_base = Pose2(1.05, 1.05, 0.5)  # the wall stands amid a column of cells
+    built = MatchMap(MapSettings(resolution=0.1))
+    scans = [rectangle_scan(T_room_base, beams=90, noise=0.03, rng=rng) for _ in range(refined + 2)]
+    built.insert(scans[0], T_map_base)
+    drawn = built.grid.log_odds.copy()
+    for scan in scans[1:-1]:
+        built.refine(scan, T_map_base)
+    assert np.array_equal(built.grid.log_odds, drawn) and built.scans == 1
+    built.insert(scans[-1], T_map_base)
+    surfaces = built.surfaces
+    places = surfaces.surfels[: surfaces.count][surfaces.occupied[: surfaces.count], :2]
+    off = places[np.abs(places[:, 1] - 1.05) < 0.5, 0] - 0.05
+    return float(np.sqrt((off[np.abs(off) < 0.1] ** 2).mean()))
+
+
+def test_refining_draws_nothing_and_sharpens_the_walls():
+    rng = np.random.default_rng(1)
+    rough = np.mean([off_the_left_wall(0, rng) for _ in range(5)])
+    fine = np.mean([off_the_left_wall(200, rng) for _ in range(5)])
+    assert fine < 0.7 * rough
+
+
 def test_a_map_without_a_scan_can_be_sealed():
     built = MatchMap(MapSettings(resolution=0.1))
     built.seal()

@@ -12,7 +12,7 @@ from mapping.grid import CLEAR, OBSTACLE, classify
 from mapping.scan import LaserScan
 from server.map_merger import MapMerger, Placement, Report
 from server.settings import MergerSettings
-from server.tying import search_window
+from server.tying import search_window, seen_by_others
 from tests.unit.rooms import room, scan_in
 
 ROOM = room()
@@ -87,6 +87,20 @@ def test_another_robot_is_tied_to_the_map_by_what_it_sees() -> None:
     assert member.T_map_odom.distance_to(T_world_odom) < 0.05
     assert abs(member.T_map_odom.theta - 0.3) < 0.04
     assert merger.nodes[-1].robot == "b"
+
+
+def test_a_robot_taken_for_a_post_is_tied_by_what_it_was_told() -> None:
+    # Posts stand so that a and b seem to see each other where neither is.
+    merger = merger_with_map()
+    start = Pose2(0.4, -0.2, 0.3)
+    merger.add("b", Pose2(0.5, -0.3, 0.25), 0.15, 0.1)
+    for _ in range(2):
+        merger.sightings.add("a", IDENTITY, SURE, np.array([[0.7, 0.1]]))
+        merger.sightings.add("b", IDENTITY, SURE, np.array([[-0.7, 0.0]]))
+    wrong = seen_by_others("b", merger.members, merger.sightings)
+    assert wrong is not None and wrong.T_a_b.distance_to(start) > 0.25
+    assert merger.place("b", report(start, start)).matched
+    assert merger.members["b"].T_map_odom.distance_to(start) < 0.05
 
 
 def test_a_robot_that_sees_nothing_known_waits() -> None:

@@ -9,7 +9,7 @@ from mapping.geometry import IDENTITY, Pose2
 from mapping.motion_model import MotionModel
 from server.mutual_sightings import MutualSightings
 from server.placing import Member
-from server.tying import seen_by_others
+from server.tying import guesses, seen_by_others
 
 STARTS = {"a": Pose2(0.0, 0.0, 0.0), "b": Pose2(1.0, 0.2, 0.3), "c": Pose2(2.2, -0.1, -0.2)}
 SEES = {"a": "b", "b": "ac", "c": "b"}
@@ -45,3 +45,12 @@ def test_a_robot_is_placed_by_one_that_is_not_tied_itself() -> None:
 def test_nobody_is_placed_where_nobody_is_tied() -> None:
     members = {name: member(name, aligned=False) for name in STARTS}
     assert seen_by_others("c", members, sightings()) is None
+
+
+def test_what_was_told_stands_beside_what_was_seen() -> None:
+    members = {name: member(name, name == "a") for name in STARTS}
+    seen, told = guesses("b", members, sightings())
+    assert seen.seen and seen.T_map_odom.distance_to(STARTS["b"]) < 1e-9
+    assert not told.seen and told.T_map_odom == members["b"].T_map_odom
+    alone = list(guesses("b", members, MutualSightings()))
+    assert [guess.seen for guess in alone] == [False]
