@@ -50,7 +50,7 @@ class AuctionSettings(BaseModel):
     overhead_m: Annotated[float, Field(gt=0.0)] = 3.0
     cost_weight_m2_per_m: Annotated[float, Field(ge=0.0)] = 1.0
     loss_weight: Annotated[float, Field(ge=0.0)] = 0.3
-    min_gain_m2: Annotated[float, Field(ge=0.0)] = 1.0
+    min_gain_m2: Annotated[float, Field(ge=0.0)] = 0.7
     hysteresis_ratio: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
     gain_cap_m2: Annotated[float, Field(gt=0.0)] = 60.0
     stay_m2: Annotated[float, Field(ge=0.0)] = 4.0
