@@ -24,6 +24,8 @@ class ExecutiveSettings(BaseModel):
             robots tell their progress more often than that.
         drive_s: a robot driven by hand halts when no new word comes for so long.
         keep_radius_m: a choice so near to the goal a robot already has is the same place.
+        beside_m: a robot sent elsewhere not farther than this from where it was going must get on
+            as if it had one task.
         give_up_radius_m: places so near to one that failed are that place.
         max_tries: so many tries in vain, by whichever robots, and a place is given up.
         settle_s: how long a place rests after a visit, for the map to catch up; and how long
@@ -49,6 +51,7 @@ class ExecutiveSettings(BaseModel):
     probe_s: _Positive = 3.0
     drive_s: _Positive = 1.0
     keep_radius_m: _NotNegative = 0.5
+    beside_m: _NotNegative = 2.0
     give_up_radius_m: _Positive = 0.5
     max_tries: Annotated[int, Field(ge=1)] = 2
     settle_s: _Positive = 4.0

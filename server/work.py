@@ -6,6 +6,7 @@ holds what that robot is at. Messages to robots gather in an outbox.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -60,6 +61,7 @@ class Work:
         self._commissions: dict[int, _Commission] = {}
         self._outbox: list[Send] = []
         self._count = 0
+        self._left: dict[str, tuple[float, Point, Lease]] = {}  # by robot: when, and which goal
 
     def new_robot(self, name: str, now: float) -> Parallel:
         """Return a node in the tree for a robot that joined."""
@@ -214,15 +216,29 @@ class Work:
             speed_m_s=speed,
             turn_rate_rad_s=turn_rate,
         )
-        lease = Lease(self._terms(task.kind), now)
+        lease = self._lease(task, now)
         self._commissions[task.id] = _Commission(
             leaf, lease, message, now + settings.resend_s, settings.resend_s
         )
         self._send(task.robot, message)
         self.note(now, "awarded", task.robot, task)
 
+    def _lease(self, task: Task, now: float) -> Lease:
+        """Return a new lease; sent from one place to another beside it a robot keeps the old one.
+
+        Else one that is sent to and fro between two places, and comes nearer to neither, would
+        never be asked for progress.
+        """
+        since, goal, lease = self._left.pop(task.robot, (-math.inf, task.goal, None))
+        beside = math.dist(goal, task.goal) <= self._settings.beside_m
+        if lease is not None and since == now and task.kind == "explore" and beside:
+            return lease
+        return Lease(self._terms(task.kind), now)
+
     def _ended(self, task: Task, reason: str, now: float) -> None:
-        del self._commissions[task.id]
+        commission = self._commissions.pop(task.id)
+        if task.kind == "explore" and task.state is TaskState.TERMINATED:
+            self._left[task.robot] = now, task.goal, commission.lease
         self.note(now, str(task.state), task.robot, task, reason)
         # Also what a robot ended itself is answered: only then it knows that it was heard.
         self._send(task.robot, Terminate(task=task.id))

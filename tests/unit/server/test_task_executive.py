@@ -198,6 +198,22 @@ def test_a_robot_without_progress_loses_its_task() -> None:
     assert ("expired", "anna") in rig.events("expired")
 
 
+@pytest.mark.parametrize(("apart", "kept"), [(1, False), (30, True)])
+def test_a_robot_sent_to_and_fro_must_get_nearer_to_one_of_two_places(
+    apart: int, kept: bool
+) -> None:
+    rig = Rig("anna", lease_s=5.0)
+    for k in range(8):
+        rig.new_map()
+        better, worse = (5, 20, 8), (5 + apart, 15, 9)
+        if k % 2:
+            better, worse = (5 + apart, 20, 8), (5, 15, 9)
+        rig.bid("anna", better, worse)
+        rig.wait(1.0, "anna")
+        rig.progress("anna", 8.0)
+    assert (rig.events("expired") == []) == kept
+
+
 def test_progress_keeps_the_task() -> None:
     rig = Rig("anna", lease_s=3.0)
     rig.bid("anna", (50, 20, 50))
