@@ -69,6 +69,8 @@ class Lease:
             Whether the way has really become shorter; a first report only says that it began.
         """
         self.contact(now)
+        if remaining <= 0.0 and self.terms.arrived <= 0.0:
+            return False  # it would have ended its task: it only knows of no way just now
         if remaining <= self._shortest - self.terms.step:
             first = math.isinf(self._shortest)
             self._shortest = remaining

@@ -252,7 +252,7 @@ class Work:
         return self._settings.drive_s if kind == "drive" else self._settings.lease_s
 
     def _terms(self, kind: Kind) -> LeaseTerms:
-        arrived = {"wait": WAIT_ARRIVED, "pause": NO_WAY}.get(kind, 0.0)
+        arrived = {"wait": WAIT_ARRIVED, "pause": NO_WAY, "drive": NO_WAY}.get(kind, 0.0)
         return LeaseTerms(
             patience=self._lease_length(kind),
             silence=self._settings.silence_s,

@@ -76,6 +76,15 @@ def test_renewed() -> None:
     assert lease.deadline == pytest.approx(1.9)
 
 
+def test_a_robot_that_knows_of_no_way_does_not_get_on() -> None:
+    lease = Lease(LeaseTerms(patience=20.0, silence=5.0), 0.0)
+    lease.progress(8.0, 1.0)
+    assert not lease.progress(0.0, 2.0)
+    lease.progress(8.0, 20.0)
+    assert lease.violation(20.9) is None
+    assert lease.violation(21.0) is not None
+
+
 reports = st.lists(st.tuples(st.floats(0.01, 4.0), st.floats(0.0, 60.0)), max_size=15)
 
 
