@@ -122,7 +122,7 @@ class IncrementalSlam:
             if self._contradicts(result):
                 return False, False
         self.T_odom_base, self.covariance = result.T_map_base, result.covariance
-        matched = result.known >= self.settings.known_least
+        matched = result.known >= settings.known_least
         if not self._due(self._T_odom_keyframe, settings.keyframe_distance, settings.keyframe_turn):
             self._refine(scan)
             return matched, False

@@ -64,8 +64,9 @@ def match_held(map_: MatchMap, held: Sequence[Report], guess: Guess) -> MatchRes
     # Starts are told with uniform errors: one sigma of them is their largest.
     sigmas = 3.0 if guess.seen else 1.25
     window = SearchWindow(sigmas * sigma + 0.1, sigmas * turn_sigma + 0.02)
+    T_base_odom = T_odom_base.inverse()
     points = [
-        turned_points(scan_points(report.scan), T_odom_base.inverse() @ report.T_odom_base)
+        turned_points(scan_points(report.scan), T_base_odom @ report.T_odom_base)
         for report in held[-_HELD_TOGETHER:]
     ]
     return match(

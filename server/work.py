@@ -61,7 +61,8 @@ class Work:
         self._commissions: dict[int, _Commission] = {}
         self._outbox: list[Send] = []
         self._count = 0
-        self._left: dict[str, tuple[float, Point, Lease]] = {}  # by robot: when, and which goal
+        # By robot: when it was last taken off an exploring task, that one's goal, and its lease.
+        self._left: dict[str, tuple[float, Point, Lease]] = {}
 
     def new_robot(self, name: str, now: float) -> Parallel:
         """Return a node in the tree for a robot that joined."""
@@ -229,10 +230,11 @@ class Work:
         Else one that is sent to and fro between two places, and comes nearer to neither, would
         never be asked for progress.
         """
-        since, goal, lease = self._left.pop(task.robot, (-math.inf, task.goal, None))
-        beside = math.dist(goal, task.goal) <= self._settings.beside_m
-        if lease is not None and since == now and task.kind == "explore" and beside:
-            return lease
+        left = self._left.pop(task.robot, None)
+        if left is not None and task.kind == "explore":
+            at, goal, lease = left
+            if at == now and math.dist(goal, task.goal) <= self._settings.beside_m:
+                return lease
         return Lease(self._terms(task.kind), now)
 
     def _ended(self, task: Task, reason: str, now: float) -> None:
