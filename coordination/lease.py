@@ -63,14 +63,14 @@ class Lease:
         self._progressed = max(self._progressed, now)
 
     def progress(self, remaining: float, now: float) -> bool:
-        """Note the way left, `remaining` [m], at `now` [s]; 0 while the robot knows of no way.
+        """Note the way left, `remaining` [m], at `now` [s].
 
         Returns:
             Whether the way has really become shorter; a first report only says that it began.
         """
         self.contact(now)
         if remaining <= 0.0 and self.terms.arrived <= 0.0:
-            return False  # at its goal it would have ended the task
+            return False  # at its goal it would have ended the task: it must know of no way
         if remaining <= self._shortest - self.terms.step:
             first = math.isinf(self._shortest)
             self._shortest = remaining

@@ -23,6 +23,7 @@ from protocol.messages import (
     TaskProgress,
     TeamPoses,
     Terminate,
+    TightPlace,
     Welcome,
 )
 from protocol.operator_messages import (
@@ -52,6 +53,7 @@ FleetMessage = Annotated[
     | Terminate
     | TaskProgress
     | TaskEnd
+    | TightPlace
     | MissionEnd
     | VisitRequest
     | PauseRequest

@@ -37,7 +37,7 @@ from protocol.fields import (
     Track,
 )
 
-PROTOCOL_VERSION = (1, 1)
+PROTOCOL_VERSION = (1, 2)
 
 SERVER = "server"
 WORLD = "world"
@@ -272,6 +272,17 @@ class TaskEnd(Message):
     task: Count
     outcome: Literal["done", "unreachable", "failed"]
     reason: Text = ""
+
+
+class TightPlace(Message):
+    """A robot does not fit through a place where the map leaves it enough room, if barely.
+
+    It keeps farther from obstacles around the place from then on. The server passes that on to
+    robots of the same size or more.
+    """
+
+    type: Literal["tight_place"] = "tight_place"
+    place_map: tuple[Coordinate, Coordinate]
 
 
 class MissionEnd(Message):

@@ -80,6 +80,7 @@ class Agent:
             words.MapDelta: self._map_delta,
             words.Award: self._award,
             words.Terminate: self._terminate,
+            words.TightPlace: self._tight_place,
             words.MissionEnd: self._mission_end,
         }
 
@@ -129,7 +130,7 @@ class Agent:
         settings = self.settings
         planning_map = PlanningMap(body.radius_m, settings.navigation.planning_map)
         explorer = Explorer(body, settings.explorer, planning_map)
-        self._follower = MapFollower(planning_map, explorer, settings.hello_period_s, self._dropped)
+        self._follower = MapFollower(planning_map, settings.hello_period_s, self._dropped)
         self._body_parts = (
             LocalMapping(body, settings.mapping),
             planning_map,
@@ -284,6 +285,14 @@ class Agent:
         assert isinstance(message, words.Terminate)
         if self._body_parts is not None:
             self._body_parts[3].terminate(message.task)
+        return []
+
+    def _tight_place(self, message: Message, now: float) -> list[Effect]:
+        """A teammate of this size or less does not fit through there."""
+        assert isinstance(message, words.TightPlace)
+        if self._body_parts is not None:
+            reach = self.settings.navigation.recovery.block_radius_m
+            self._body_parts[1].refused(message.place_map, reach)
         return []
 
     def _mission_end(self, message: Message, now: float) -> list[Effect]:

@@ -5,8 +5,6 @@ Source: Simmons et al. 2000, section "Constructing Bids".
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import numpy.typing as npt
 
@@ -40,7 +38,8 @@ class Explorer:
         self._body = body
         self._settings = settings
         self._map = planning_map
-        self._geometry = planning_map.geometry
+        self._map_number = planning_map.number
+        planning_map.take_changes()  # what follows is made of the map as it is
         self._cache = GainCache(self._expected)
         self._changed: list[CellBox] = []
         self._blocks = BlockMap(
@@ -49,19 +48,6 @@ class Explorer:
         self._number = 0
         self._dirty = False
         self._next = 0.0
-
-    def map_changed(self, boxes: Sequence[CellBox] | None) -> None:
-        """Note that the map changed, in `boxes` or (None) all over."""
-        self._dirty = True
-        if boxes is None or self._map.geometry != self._geometry:
-            self._geometry = self._map.geometry
-            self._cache.forget()
-            self._changed.clear()
-        else:
-            # Whether the body fits changes around, too.
-            around = self._map.body_cells
-            self._changed += [box.dilated(around, self._geometry) for box in boxes]
-            self._blocks.changed(boxes)
 
     def bid(self, T_map_base: Pose2, others: Floats, idle: bool, now: float) -> Bid | None:
         """Return a bid on the map as it is now, or None when there is nothing new to say.
@@ -72,6 +58,7 @@ class Explorer:
             idle: a robot without a task bids without waiting for the period to pass.
             now: mission time [s].
         """
+        self._follow_map()
         if not self._dirty or (now < self._next - _EPSILON and not idle):
             return None
         self._dirty = False
@@ -101,6 +88,20 @@ class Explorer:
             ),
             losses=losses.astype(np.float32),
         )
+
+    def _follow_map(self) -> None:
+        """Note what changed of the map since the last time."""
+        boxes = self._map.take_changes()
+        self._dirty |= boxes != [] or self._map.number != self._map_number
+        self._map_number = self._map.number
+        if boxes is None:
+            self._cache.forget()
+            self._changed.clear()
+        elif boxes:
+            # Whether the body fits changes around, too.
+            around = self._map.body_cells
+            self._changed += [box.dilated(around, self._map.geometry) for box in boxes]
+            self._blocks.changed(boxes)
 
     def _losses(
         self,

@@ -7,7 +7,6 @@ import math
 from protocol.effects import Effect, Send
 from protocol.fault_book import FaultBook
 from protocol.messages import SERVER, MapDelta, MapRequest, MapSnapshot
-from robot_agent.explorer import Explorer
 from robot_agent.planning_map import PlanningMap
 
 
@@ -16,16 +15,12 @@ class MapFollower:
 
     Args:
         planning_map: the copy.
-        explorer: is told where it changed.
         period: the whole map is asked for at most once in this time [s].
         faults: where maps that cannot be used are counted.
     """
 
-    def __init__(
-        self, planning_map: PlanningMap, explorer: Explorer, period: float, faults: FaultBook
-    ) -> None:
+    def __init__(self, planning_map: PlanningMap, period: float, faults: FaultBook) -> None:
         self._map = planning_map
-        self._explorer = explorer
         self._period = period
         self._faults = faults
         self._asked = -math.inf
@@ -36,7 +31,6 @@ class MapFollower:
             self._map.apply_snapshot(message)
         except ValueError as error:
             return list(self._faults.enter("the map", SERVER, str(error)))
-        self._explorer.map_changed(None)
         return []
 
     def delta(self, message: MapDelta, now: float) -> list[Effect]:
@@ -45,10 +39,7 @@ class MapFollower:
             box = self._map.apply_delta(message)
         except ValueError as error:
             return list(self._faults.enter("a map change", SERVER, str(error)))
-        if box is not None:
-            self._explorer.map_changed(self._map.changes)
-            return []
-        if now - self._asked < self._period:
+        if box is not None or now - self._asked < self._period:
             return []
         self._asked = now
         return [Send("radio", SERVER, MapRequest(have=self._map.number))]

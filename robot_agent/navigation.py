@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -42,8 +42,11 @@ class NavigationStep:
         turn_rate: [rad/s].
         status: `arrived`, `unreachable` and `stuck` are said once; then the goal is forgotten.
         path_map: (n, 2) [m], what the robot is about to drive; empty if it means to stay.
-        remaining_m: what is left of the path to the goal [m]; 0 without a goal.
+        remaining_m: what is left of the path to the goal [m]; while none is known, as much as
+            was left of the last one, or as the crow flies; 0 without a goal.
         reason: why, for `unreachable` and `stuck`.
+        tight_map: (x, y) [m], where the body has just found that it does not get through; the map
+            knows already.
     """
 
     speed: float
@@ -52,6 +55,7 @@ class NavigationStep:
     path_map: Floats
     remaining_m: float
     reason: str = ""
+    tight_map: tuple[float, float] | None = None
 
 
 class Navigator:
@@ -94,6 +98,7 @@ class Navigator:
         self._blocked_since: float | None = None
         self._held_since: float | None = None
         self._recovery: Recovery | None = None
+        self._to_goal: float | None = None
         self._planning.forget()
         self._steering.halt()
 
@@ -121,6 +126,7 @@ class Navigator:
         others = self._tracks.sightings(now, teammates)
         points = self._carried_along(T_map_base, points_base)
         scene = Scene(now, T_map_base, points, others, bumped, planning_map)
+        planning_map.passed(T_map_base.x, T_map_base.y)
         if self._fresh:
             self._fresh = False
             self._watch.start(now)
@@ -129,7 +135,7 @@ class Navigator:
                 now, T_map_base, self._settings.recovery, self._body.drive.turn_rate_max_rad_s
             )
             if command is not None:
-                return self._report("driving", *command)
+                return self._report(T_map_base, "driving", *command)
             self._recovery = None
         blocked_for = 0.0 if self._blocked_since is None else now - self._blocked_since
         if self._planning.update(scene, self._goal, blocked_for):
@@ -173,7 +179,7 @@ class Navigator:
             self._watch.excuse(now)
             if status == "idle":
                 self._planning.plan = None
-            return self._report(status)
+            return self._report(here, status)
         steered = self._steering.follow(path, here, scene.points_base, scene.others)
         self._note_blocked(now, steered)
         if steered.blocked and steered.by_teammate:
@@ -182,7 +188,7 @@ class Navigator:
                 return self._end("stuck", "a teammate is in the way and does not move")
         elif self._watch.stalled(now, here.x, here.y, plan.to_go, scene.bumped):
             return self._recover(scene, plan.to_go)
-        return self._report(status, *self._slowed(steered, left))
+        return self._report(here, status, *self._slowed(steered, left))
 
     def _slowed(self, steered: Steered, left: float) -> tuple[float, float]:
         """Return speed and turn rate for a robot that is to stop in `left` [m]."""
@@ -224,16 +230,32 @@ class Navigator:
         room = room_behind(scene.planning_map, here, scene.others, radius, settings.back_up_m)
         self._recovery = Recovery.begin(scene.now, here, room, count, settings)
         self._steering.halt()
-        return self._report("driving")
+        step = self._report(here, "driving")
+        if not again:
+            return step
+        place = (float(ahead[0, 0]), float(ahead[0, 1]))
+        scene.planning_map.refused(place, settings.block_radius_m)
+        return replace(step, tight_map=place)
 
-    def _report(self, status: Status, speed: float = 0.0, turn_rate: float = 0.0) -> NavigationStep:
+    def _report(
+        self, T_map_base: Pose2, status: Status, speed: float = 0.0, turn_rate: float = 0.0
+    ) -> NavigationStep:
         """Return the step with what is to be announced."""
-        path_map, remaining = _NO_PATH, 0.0
+        path_map = _NO_PATH
         plan, path, left = self._planning.plan, self._planning.path, self._planning.left
         if plan is not None and path is not None:
             if left > _PATH_END:
                 horizon = min(self._settings.right_of_way.horizon_m, left)
                 path_map = path.ahead(horizon, _ANNOUNCED_SPACING)
-            remaining = plan.to_go if plan.giving_way else path.remaining
-        remaining = remaining if self._goal is not None else 0.0
-        return NavigationStep(speed, turn_rate, status, path_map, remaining)
+            if plan.reachable:
+                self._to_goal = plan.to_go if plan.giving_way else path.remaining
+        return NavigationStep(speed, turn_rate, status, path_map, self._remaining(T_map_base))
+
+    def _remaining(self, T_map_base: Pose2) -> float:
+        """Return what is left to the goal [m], see `NavigationStep`."""
+        if self._goal is None:
+            return 0.0
+        if self._to_goal is not None:
+            return self._to_goal
+        x, y = self._goal.place_map
+        return math.hypot(x - T_map_base.x, y - T_map_base.y)

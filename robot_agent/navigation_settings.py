@@ -18,7 +18,8 @@ class PlanningMapSettings(_Settings):
 
     `p_obstacle` and `p_clear` are the thresholds of Simmons et al. 2000 on the probability that a
     cell is occupied. `resolution_m` only matters until the first map arrives. Where the map leaves
-    the body up to `squeeze_m` too little room, routes lead there for want of a better way.
+    the body up to `squeeze_m` too little room, routes lead there for want of a better way; where it
+    did not get through in spite of the map, it must show `tight_m` more room from then on.
     """
 
     p_obstacle: Annotated[float, Field(gt=0.5, lt=1.0)] = 0.65
@@ -26,6 +27,7 @@ class PlanningMapSettings(_Settings):
     clearance_limit_m: Positive = 0.7
     comfort_m: Positive = 0.6
     squeeze_m: NotNegative = 0.025
+    tight_m: NotNegative = 0.1
     resolution_m: Positive = 0.05
     largest_cells: Annotated[int, Field(ge=1)] = 50_000_000
 

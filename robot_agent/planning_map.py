@@ -33,6 +33,8 @@ from robot_agent.navigation_settings import PlanningMapSettings
 _SAME_RESOLUTION = 1e-9
 # A gap exactly as wide as the body counts as wide enough, however its width was rounded [m].
 _ROUNDING = 1e-4
+# What the body has found out about a cell.
+_PASSED, _TIGHT = 1, 2
 
 
 class PlanningMap:
@@ -46,7 +48,6 @@ class PlanningMap:
         clear: (rows, cols) bool, where `classes` is CLEAR.
         clearance: (rows, cols) float32 [m], distance to the nearest obstacle cell, truncated.
         weights: (rows, cols) uint8, see `mapping.path_planning.traversal_weights`.
-        changes: boxes that hold every cell which the last change made different.
     """
 
     def __init__(self, body_radius: float, settings: PlanningMapSettings) -> None:
@@ -61,7 +62,7 @@ class PlanningMap:
         steps = np.arange(256, dtype=np.uint8).view(np.int8)
         self._class_of_byte = classify(dequantise(steps), settings.p_obstacle, settings.p_clear)
         self.number = 0
-        self.changes: list[CellBox] = []
+        self._changes: list[CellBox] | None = None
         self._start_empty(GridGeometry(settings.resolution_m, 0.0, 0.0, 1, 1))
 
     @property
@@ -109,7 +110,6 @@ class PlanningMap:
         Raises:
             ValueError: the bytes do not hold the cells that the message announces.
         """
-        self.changes = []
         if message.number <= self.number:
             return EMPTY_BOX
         if message.number != self.number + 1:
@@ -125,6 +125,46 @@ class PlanningMap:
         self._write(box, cells)
         self.number = message.number
         return box
+
+    def take_changes(self) -> list[CellBox] | None:
+        """Return boxes that hold every cell which changed since the last call; None: all may have.
+
+        What follows from clearance may differ up to `reach` cells beyond them.
+        """
+        changes, self._changes = self._changes, []
+        return changes
+
+    def passed(self, x: float, y: float) -> None:
+        """Note that the body stands at (x, y) [m]: it fits there, and need not fear it did not."""
+        box = self._box_of_disc(x, y, self.geometry.resolution)
+        if (self._tried[box.slices] != _PASSED).any():
+            self._note(box, np.True_, _PASSED)
+
+    def refused(self, place_map: tuple[float, float], radius: float) -> None:
+        """Note that the body does not get through a place although the map leaves it enough room.
+
+        Within `radius` [m] of the place (x, y) [m] it counts as `tight_m` wider from now on, except
+        where it has stood: no robot shuts itself in. A place that the map comes to show wider opens
+        again.
+        """
+        x, y = place_map
+        box = self._box_of_disc(x, y, radius)
+        rows, cols = np.ogrid[box.iy0 : box.iy1, box.ix0 : box.ix1]
+        iy, ix = self.geometry.cell_at(x, y)
+        near = (rows - iy) ** 2 + (cols - ix) ** 2 <= (radius / self.geometry.resolution) ** 2
+        self._note(box, near & (self._tried[box.slices] != _PASSED), _TIGHT)
+
+    def _box_of_disc(self, x: float, y: float, radius: float) -> CellBox:
+        return self.geometry.box_around(x - radius, y - radius, x + radius, y + radius)
+
+    def _note(self, box: CellBox, where: npt.NDArray[np.bool_] | np.bool_, tried: int) -> None:
+        """Write down what was tried at the cells `where` of a box."""
+        was_tight = self._tried[box.slices] == _TIGHT
+        self._tried[box.slices][where] = tried
+        if ((self._tried[box.slices] == _TIGHT) != was_tight).any():
+            self._weigh(box)
+            if self._changes is not None:
+                self._changes.append(box)
 
     def holds(self, x: float, y: float) -> bool:
         """Whether the point (x, y) [m] in the map frame lies in the map."""
@@ -155,7 +195,10 @@ class PlanningMap:
         self.clear = np.zeros(geometry.shape, dtype=np.bool_)
         self._solid = np.zeros(geometry.shape, dtype=np.bool_)
         self.clearance = np.full(geometry.shape, limit, dtype=np.float32)
-        self.weights = self._weights_of(self.clear, self.clearance)
+        self._tried = np.zeros(geometry.shape, dtype=np.uint8)
+        self.weights = np.empty(geometry.shape, dtype=np.uint8)
+        self._weigh(geometry.box)
+        self._changes = None
 
     def _room_for(self, lattice_x: int, lattice_y: int, rows: int, cols: int) -> CellBox | None:
         """Grow to hold a rectangle of the lattice; return its box, None if absurdly far away."""
@@ -185,13 +228,18 @@ class PlanningMap:
         self._solid = self.classes == OBSTACLE
         # Obstacles near the old edge reach over it into the new cells.
         self.clearance = truncated_distance(self._solid, larger.resolution, limit)
-        self.weights = self._weights_of(self.clear, self.clearance)
+        self._tried = padding.pad(self._tried, 0)
+        self.weights = np.empty(larger.shape, dtype=np.uint8)
+        self._weigh(larger.box)
+        self._changes = None
 
     def _write(self, box: CellBox, cells: npt.NDArray[np.int8]) -> None:
         """Write `cells` at `box` and bring classes, clearance and weights up to date."""
-        self.changes = changed_regions(self.cells[box.slices], cells, box)
-        for change in self.changes:
+        changes = changed_regions(self.cells[box.slices], cells, box)
+        for change in changes:
             self._write_region(change, cells[change.shifted(-box.iy0, -box.ix0).slices])
+        if self._changes is not None:
+            self._changes += changes
 
     def _write_region(self, box: CellBox, cells: npt.NDArray[np.int8]) -> None:
         """Write `cells` at `box`, which is no larger than need be."""
@@ -217,15 +265,18 @@ class PlanningMap:
                     self._settings.clearance_limit_m,
                 )
             )
-        self.weights[touched.slices] = self._weights_of(
-            self.clear[touched.slices], self.clearance[touched.slices]
-        )
+        self._weigh(touched)
 
-    def _weights_of(
-        self, clear: npt.NDArray[np.bool_], clearance: npt.NDArray[np.float32]
-    ) -> npt.NDArray[np.uint8]:
-        """Return the traversal weights of a part of the grid."""
-        settings = self._settings
-        return traversal_weights(
-            clear, clearance, self.clearance_least, settings.comfort_m, settings.squeeze_m
+    def _weigh(self, box: CellBox) -> None:
+        """Bring the traversal weights of a part of the grid up to date."""
+        settings, tight = self._settings, self._tried[box.slices] == _TIGHT
+        clearance = self.clearance[box.slices]
+        if tight.any():
+            clearance = clearance - np.float32(settings.tight_m) * tight
+        self.weights[box.slices] = traversal_weights(
+            self.clear[box.slices],
+            clearance,
+            self.clearance_least,
+            settings.comfort_m,
+            settings.squeeze_m,
         )

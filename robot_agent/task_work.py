@@ -11,7 +11,7 @@ import numpy as np
 from mapping.frontiers import find_frontiers
 from mapping.geometry import Floats, Pose2
 from protocol.body import Body
-from protocol.messages import Award, Message, TaskEnd, TaskProgress
+from protocol.messages import Award, Message, TaskEnd, TaskProgress, TightPlace
 from robot_agent.navigation import Navigator
 from robot_agent.planning_map import PlanningMap
 from robot_agent.right_of_way import Teammate
@@ -133,6 +133,8 @@ class TaskWork:
         news: list[Message] = []
         if award is not None:
             news = self._news(award, step.status, step.remaining_m, now)
+        if step.tight_map is not None:
+            news.append(TightPlace(place_map=step.tight_map))
         return WorkStep(step.speed, step.turn_rate, np.asarray(step.path_map), news)
 
     def _look(self, award: Award, T_map_base: Pose2) -> WorkStep:

@@ -79,6 +79,7 @@ class Master:
             words.Bid: self._bid,
             words.TaskProgress: self._progress,
             words.TaskEnd: self._task_end,
+            words.TightPlace: self._tight_place,
             asks.VisitRequest: self._operator,
             asks.PauseRequest: self._operator,
             asks.ResumeRequest: self._operator,
@@ -229,6 +230,18 @@ class Master:
         return list(
             self.executive.task_ended(name, message.task, message.outcome, message.reason, now)
         )
+
+    def _tight_place(self, name: str, message: Message, now: float) -> list[Effect]:
+        """Pass on where a robot does not fit through: nor do others of its size or more."""
+        bodies = self.roster.bodies
+        if name not in bodies:
+            return []
+        others = [
+            other
+            for other in self.roster.present()
+            if other != name and other in bodies and bodies[other].radius_m >= bodies[name].radius_m
+        ]
+        return self._tell(others, message)
 
     def _operator(self, name: str, message: Message, now: float) -> list[Effect]:
         """Carry out an operator's word and answer it."""

@@ -108,6 +108,7 @@ def examples() -> dict[str, Message]:
         words.Terminate(task=5),
         words.TaskProgress(task=5, remaining_m=2.5),
         words.TaskEnd(task=5, outcome="failed", reason="stuck"),
+        words.TightPlace(place_map=(3.5, -1.25)),
         words.MissionEnd(ended="explored", reason="nothing useful is left"),
         asks.VisitRequest(robot="robot1", x_m=1.0, y_m=-2.0),
         asks.PauseRequest(robot="robot1"),

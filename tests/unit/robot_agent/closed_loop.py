@@ -144,6 +144,7 @@ class Robot:
     statuses: list[str] = field(default_factory=list)
     track: list[tuple[float, float, float]] = field(default_factory=list)
     last: NavigationStep | None = None
+    tight_map: tuple[float, float] | None = None
     scan: Floats = field(default_factory=lambda: np.empty((0, 2)))
     error: Floats = field(default_factory=lambda: np.zeros(3))
     announced: Teammate | None = None
@@ -227,6 +228,7 @@ class World:
         robot.step_times.append(time.perf_counter() - begin)
         robot.last = step
         robot.statuses.append(step.status)
+        robot.tight_map = step.tight_map or robot.tight_map
         if step.status in ("arrived", "unreachable", "stuck"):
             robot.busy = False
 

@@ -257,6 +257,18 @@ def test_it_bids_on_the_teams_map_as_soon_as_it_is_placed() -> None:
     assert of_type(unplaced.live(0.5), words.Bid) == []
 
 
+def test_where_a_teammate_does_not_fit_it_does_not_go_either() -> None:
+    rig = with_map()
+    (before,) = of_type(rig.live(0.5), words.Bid)
+    assert len(before.places_map) > 0
+    for y in np.arange(-0.8, 0.9, 0.2):
+        rig.server(words.TightPlace(place_map=(1.3, float(y))))
+    assert rig.agent._body_parts is not None
+    assert (rig.agent._body_parts[1]._tried == 2).any()
+    assert [bid.map_number for bid in of_type(rig.live(1.0), words.Bid)] == [2]
+    Rig().server(words.TightPlace(place_map=(1.3, 0.0)))  # not switched on: no map to note it in
+
+
 def test_it_drives_where_it_is_sent_and_back_to_rest_when_told() -> None:
     rig = with_map()
     rig.server(words.Award(task=1, kind="visit", goal_map=(1.0, 0.0), lease_s=9.0))

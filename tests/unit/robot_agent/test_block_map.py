@@ -38,7 +38,7 @@ def test_blocks_follow_the_map_wherever_it_changes(by_probability: bool) -> None
         shape = (int(rng.integers(1, 40)), int(rng.integers(1, 40)))
         log_odds = rng.choice([-3.0, -3.0, -3.0, 0.0, 3.0], shape)
         assert planning_map.apply_delta(delta(number, at, log_odds)) is not None
-        blocks.changed(planning_map.changes)
+        blocks.changed(planning_map.take_changes() or [])
         if number % 3 == 0:
             continue  # several changes at once
         blocks.refresh()

@@ -133,6 +133,17 @@ def test_a_closed_door_that_the_map_shows_open() -> None:
     assert all_arrive(world, 60.0) < 30.0
 
 
+def test_a_door_tighter_than_the_map_shows_is_tried_once_and_known_from_then_on() -> None:
+    held = planning_map_of(two_rooms(0.6))
+    world = World(two_rooms(0.5))
+    robot = world.add("a", 2.0, 3.0, 0.0, held)
+    for seconds in (40.0, 4.0):
+        robot.send(7.0, 4.0)
+        assert world.run(seconds) < seconds
+        assert robot.statuses[-1] == "unreachable"
+    assert robot.tight_map is not None and robot.tight_map[0] == pytest.approx(4.0, abs=0.4)
+
+
 def test_twenty_goals_in_rooms_at_speed() -> None:
     grid = ten_rooms()
     world = World(grid, seed=1)

@@ -51,10 +51,18 @@ def explorer_in(snapshot: MapSnapshot, **settings: object) -> tuple[Explorer, Pl
     planning_map = PlanningMap(BODY.radius_m, PlanningMapSettings(resolution_m=RESOLUTION))
     explorer = Explorer(BODY, ExplorerSettings.model_validate(settings), planning_map)
     planning_map.apply_snapshot(snapshot)
-    explorer.map_changed(None)
     assert planning_map.apply_delta(unknown_beyond(2)) is not None
-    explorer.map_changed(planning_map.changes)
     return explorer, planning_map
+
+
+def touch(planning_map: PlanningMap) -> None:
+    """Change one cell of the map for nothing."""
+    row = pack_cells(np.full((1, 1), -3.0, dtype=np.float32))
+    number = planning_map.number + 1
+    change = MapDelta(
+        number=number, resolution_m=RESOLUTION, lattice_x=0, lattice_y=0, rows=1, cols=1, cells=row
+    )
+    assert planning_map.apply_delta(change) is not None
 
 
 def bid_of(explorer: Explorer, T_map_base: Pose2 = IDENTITY, now: float = 0.0) -> Bid:
@@ -85,9 +93,9 @@ def test_a_bid_is_made_on_news_only_and_not_too_often_unless_one_is_idle() -> No
     explorer, planning_map = explorer_in(hall(), bid_period_s=1.0)
     bid_of(explorer)
     assert explorer.bid(IDENTITY, ALONE, False, 5.0) is None
-    explorer.map_changed([planning_map.geometry.box])
+    touch(planning_map)
     assert bid_of(explorer, now=5.0).number == 2
-    explorer.map_changed([planning_map.geometry.box])
+    touch(planning_map)
     assert explorer.bid(IDENTITY, ALONE, False, 5.5) is None
     assert explorer.bid(IDENTITY, ALONE, True, 5.5) is not None
 
@@ -105,7 +113,6 @@ def test_places_behind_a_wall_are_told_as_unreachable() -> None:
         cells=pack_cells(np.full((20, 2), 3.0, dtype=np.float32)),
     )
     assert planning_map.apply_delta(wall) is not None
-    explorer.map_changed(planning_map.changes)
     bid = bid_of(explorer)
     assert len(bid.places_map) == 0
     assert len(bid.unreachable_map) > 0
@@ -139,7 +146,6 @@ def test_nothing_is_expected_behind_a_gap_too_narrow_for_the_body() -> None:
         cells=pack_cells(walls),
     )
     planning_map.apply_delta(shut)
-    explorer.map_changed(planning_map.changes)
     assert len(bid_of(explorer, now=9.0).places_map) == 0
 
 
@@ -150,7 +156,7 @@ def test_a_flood_counts_no_more_than_some_times_what_is_in_sight() -> None:
     np.testing.assert_array_equal(by_flood.places_map, in_sight.places_map)
     np.testing.assert_array_equal(by_flood.rectangles_map, in_sight.rectangles_map)
     assert (in_sight.gains > 0.0).all() and (in_sight.gains < by_flood.gains).all()
-    bounded.map_changed([planning_map.geometry.box])
+    touch(planning_map)
     np.testing.assert_array_equal(bid_of(bounded, now=9.0).gains, in_sight.gains)
 
 
@@ -169,7 +175,6 @@ def two_ends() -> Explorer:
         cells=pack_cells(np.pad(np.full((14, 1), -3.0, np.float32), ((3, 3), (10, 0)))),
     )
     planning_map.apply_delta(opened)
-    explorer.map_changed(planning_map.changes)
     return explorer
 
 

@@ -2,24 +2,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from protocol.body import Body
 from protocol.effects import Note, Send
 from protocol.fault_book import FaultBook
 from protocol.map_cells import pack_cells
 from protocol.messages import MapDelta, MapRequest, MapSnapshot
-from robot_agent.explorer import Explorer
 from robot_agent.map_following import MapFollower
 from robot_agent.navigation_settings import PlanningMapSettings
 from robot_agent.planning_map import PlanningMap
-from robot_agent.settings import RobotSettings
 
 FREE = np.full((3, 4), -1.0, dtype=np.float32)
 
 
 def follower(**settings: int) -> tuple[MapFollower, PlanningMap]:
     held = PlanningMap(0.2, PlanningMapSettings(**settings))
-    explorer = Explorer(Body(), RobotSettings().explorer, held)
-    return MapFollower(held, explorer, 1.0, FaultBook()), held
+    return MapFollower(held, 1.0, FaultBook()), held
 
 
 def delta(number: int, rows: int = 3) -> MapDelta:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from mapping.distance_field import truncated_distance
 from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, CellBox
+from mapping.path_planning import cost_field, traversal_weights
 from protocol.map_cells import pack_cells
 from protocol.messages import MapDelta, MapSnapshot
 from robot_agent.navigation_settings import PlanningMapSettings
@@ -56,7 +57,10 @@ def check(held: PlanningMap) -> None:
     assert np.array_equal(held.classes == CLEAR, log_odds < np.log(0.35 / 0.65))
     clearance = truncated_distance(held.classes == OBSTACLE, RESOLUTION, 0.5)
     assert np.array_equal(held.clearance, clearance)
-    fresh = held._weights_of(held.classes, held.clearance)
+    counted = held.clearance - np.float32(SETTINGS.tight_m) * (held._tried == 2)
+    fresh = traversal_weights(
+        held.clear, counted, held.clearance_least, SETTINGS.comfort_m, SETTINGS.squeeze_m
+    )
     assert np.array_equal(held.weights, fresh)
 
 
@@ -163,4 +167,69 @@ def test_deltas_keep_everything_in_step(changes: list[tuple[int, int, int, int, 
         assert (held.cells[box.slices] == round(20 * value)).all()
         corner = held.geometry.centre_of(box.iy0, box.ix0)
         assert corner == pytest.approx(((x + 0.5) * 0.1, (y + 0.5) * 0.1))
+    check(held)
+
+
+def two_rooms(width: int) -> np.ndarray:
+    """Two rooms with a door between, so many cells wide, in a wall at x = 1.5 m."""
+    log_odds = hall()
+    log_odds[:, 15] = 3.0
+    log_odds[10 - width // 2 : 10 - width // 2 + width, 15] = -3.0
+    return log_odds
+
+
+def leads_through(held: PlanningMap) -> bool:
+    here, there = held.geometry.cell_at(0.75, 1.05), held.geometry.cell_at(2.25, 1.05)
+    return cost_field(held.weights, here, RESOLUTION).reaches(*there)
+
+
+def holding(log_odds: np.ndarray) -> PlanningMap:
+    held = empty()
+    held.apply_snapshot(snapshot(1, log_odds))
+    assert held.take_changes() is None
+    return held
+
+
+def test_where_the_body_did_not_get_through_a_tight_door_is_shut_and_a_wide_one_is_not() -> None:
+    tight, wide = holding(two_rooms(5)), holding(two_rooms(9))
+    for held in (tight, wide):
+        assert leads_through(held)
+        held.refused((1.55, 1.05), 0.25)
+        check(held)
+        assert held.take_changes() not in ([], None)
+    assert not leads_through(tight) and leads_through(wide)
+
+
+def test_a_door_found_too_tight_opens_when_the_map_shows_it_wider_and_else_stays_shut() -> None:
+    held = holding(two_rooms(5))
+    held.refused((1.55, 1.05), 0.25)
+    held.apply_delta(delta(2, np.full((1, 1), -3.0), -30, -30))
+    assert held.take_changes() is None  # it has grown
+    check(held)
+    assert not leads_through(held)
+    held.apply_delta(delta(3, two_rooms(9)))
+    check(held)
+    assert leads_through(held)
+
+
+def test_no_robot_shuts_itself_in_where_it_has_been_before() -> None:
+    held = holding(two_rooms(5))
+    for x in np.arange(0.7, 2.3, 0.05):
+        held.passed(float(x), 1.05)
+    assert held.take_changes() == []
+    held.refused((1.55, 1.05), 0.25)
+    assert leads_through(held)
+    stubborn = holding(two_rooms(5))
+    stubborn.refused((1.55, 1.05), 0.25)
+    stubborn.take_changes()
+    for x in np.arange(0.7, 2.3, 0.05):
+        stubborn.passed(float(x), 1.05)
+    assert leads_through(stubborn) and stubborn.take_changes()
+
+
+def test_what_was_tried_off_the_map_is_nothing() -> None:
+    held = holding(hall())
+    held.refused((50.0, 50.0), 0.25)
+    held.passed(-50.0, 0.0)
+    assert held.take_changes() == []
     check(held)

@@ -10,6 +10,7 @@ import pytest
 from mapping.geometry import IDENTITY, Pose2
 from protocol import messages as words
 from protocol import operator_messages as asks
+from protocol.body import Body
 from protocol.effects import PeerLeft, Received, Rejected, Send, Stop
 from protocol.messages import Message
 from protocol.world_messages import Finished, Join
@@ -172,6 +173,15 @@ def test_the_team_hears_where_everybody_is(rig: Rig) -> None:
     silent = Rig()
     silent.hello("robot1")
     assert of_type(silent.tick(POSES), words.TeamPoses) == []
+
+
+def test_where_one_does_not_fit_is_told_to_all_of_its_size_or_more(rig: Rig) -> None:
+    rig.hello("robot2", body=Body(radius_m=0.15).model_dump())
+    word = words.TightPlace(place_map=(1.0, 2.0))
+    assert rig.says("robot1", word) == []
+    assert rig.says("robot2", word) == [Send("fleet", "robot1", word)]
+    rig.hello("console", "observer")
+    assert rig.says("console", word) == []
 
 
 # --- silence and rubbish -----------------------------------------------------------------------
