@@ -311,7 +311,7 @@ def judge_map(floor: Floor, tour: Tour, outcome: Outcome, threshold: float = 0.4
         integrate_scan(seen, scan, Pose2(*tour.truth[k]), IntegrationSettings(clear_margin=0.0))
     looked = ndimage.binary_dilation(seen.log_odds < -0.5) & ~floor.solid
     cells = np.argwhere(looked)
-    grid = outcome.slam.grid
+    grid = outcome.slam.occupancy()
     points = outcome.T_world_odom.inverse().apply(geometry.centres_of(cells))
     where = grid.geometry.cells_at(points)
     inside = grid.geometry.contains(where)
@@ -334,10 +334,10 @@ def judge_map(floor: Floor, tour: Tour, outcome: Outcome, threshold: float = 0.4
 
 
 def draw(outcome: Outcome, path: Path) -> None:
-    odds = outcome.slam.grid.log_odds
+    odds = outcome.slam.occupancy().log_odds
     shade = np.clip(127 - 32 * odds, 0, 255).astype(np.uint8)
     image = np.stack([shade] * 3, axis=-1)
-    cells = outcome.slam.grid.geometry.cells_at(outcome.estimates[:, :2])
+    cells = outcome.slam.occupancy().geometry.cells_at(outcome.estimates[:, :2])
     image[cells[:, 0], cells[:, 1]] = (255, 0, 0)
     Image.fromarray(image[::-1]).save(path)
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mapping.correlative_search import SearchWindow
+from mapping.estimator import Estimate
 from mapping.geometry import IDENTITY, Floats, Pose2, wrap_angle
 from mapping.grid import OccupancyGrid
 from mapping.match_map import MapSettings, MatchMap
@@ -54,25 +55,8 @@ class SlamSettings:
     wide_covariance_scale: float = 9.0
 
 
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """What the robot believes after one step.
-
-    Attributes:
-        T_odom_base: its pose in the frame of its own map.
-        covariance: (3, 3) of (x, y, theta), odom frame, relative to the map around it.
-        matched: whether a scan was matched and agrees with the map.
-        inserted: whether the scan was inserted into the map.
-    """
-
-    T_odom_base: Pose2
-    covariance: Floats
-    matched: bool
-    inserted: bool
-
-
 class IncrementalSlam:
-    """Keeps pose and map of one robot up to date, step by step.
+    """Scan matching: the likeliest pose of each scan in the map of those before it.
 
     Attributes:
         settings: how it works.
@@ -81,18 +65,20 @@ class IncrementalSlam:
         covariance: (3, 3) of (x, y, theta), odom frame.
     """
 
-    def __init__(self, settings: SlamSettings | None = None, T_odom_base: Pose2 = IDENTITY) -> None:
+    def __init__(
+        self,
+        settings: SlamSettings | None = None,
+        rng: np.random.Generator | None = None,
+        T_odom_base: Pose2 = IDENTITY,
+    ) -> None:
+        """Begin at a pose; nothing is drawn by lot, so `rng` is not used."""
         self.settings = settings or SlamSettings()
         self.map = MatchMap(self.settings.map)
         self.T_odom_base = T_odom_base
         self.covariance: Floats = np.diag([1e-6, 1e-6, 1e-8])
         self._T_odom_keyframe: Pose2 | None = None
         self._T_odom_refined = T_odom_base
-
-    @property
-    def grid(self) -> OccupancyGrid:
-        """The robot's own occupancy grid, odom frame."""
-        return self.map.grid
+        self._poses: list[tuple[float, float, float]] = []
 
     def step(self, T_before_after: Pose2, scan: LaserScan | None) -> Estimate:
         """Take in one odometry increment, and the scan taken at its end if there is one.
@@ -108,7 +94,19 @@ class IncrementalSlam:
         matched = inserted = False
         if scan is not None:
             matched, inserted = self._take(scan)
+            self._poses.append(self.T_odom_base.as_tuple())
         return Estimate(self.T_odom_base, self.covariance, matched, inserted)
+
+    def finish(self) -> None:
+        """Nothing is put right afterwards: every pose stands as it was matched."""
+
+    def trajectory(self) -> Floats:
+        """Return the pose at each scan taken in, (n, 3) of x, y [m], theta [rad], odom frame."""
+        return np.array(self._poses, dtype=np.float64).reshape(-1, 3)
+
+    def occupancy(self) -> OccupancyGrid:
+        """Return the robot's own occupancy grid, odom frame."""
+        return self.map.grid
 
     def _take(self, scan: LaserScan) -> tuple[bool, bool]:
         """Match a scan, correct the pose, insert the scan if due; return (matched, inserted)."""

@@ -24,7 +24,7 @@ def scan_at(T_room_base: Pose2, rng: np.random.Generator, beams: int = 60) -> La
 
 
 def started(rng: np.random.Generator) -> IncrementalSlam:
-    slam = IncrementalSlam(COARSE, START)
+    slam = IncrementalSlam(COARSE, T_odom_base=START)
     for turn in (0.0, 0.2, 0.2, 0.2):
         pose = slam.T_odom_base @ Pose2(0.0, 0.0, turn)
         slam.step(Pose2(0.0, 0.0, turn), scan_at(pose, rng))
@@ -32,16 +32,16 @@ def started(rng: np.random.Generator) -> IncrementalSlam:
 
 
 def test_the_first_scan_starts_the_map():
-    slam = IncrementalSlam(COARSE, START)
+    slam = IncrementalSlam(COARSE, T_odom_base=START)
     estimate = slam.step(IDENTITY, scan_at(START, np.random.default_rng(1)))
     assert estimate.matched and estimate.inserted
     assert estimate.T_odom_base == START
-    assert slam.grid.log_odds.max() > 0.0 and slam.map.scans == 1
+    assert slam.occupancy().log_odds.max() > 0.0 and slam.map.scans == 1
 
 
 def test_a_noisy_way_is_corrected_by_the_scans():
     rng = np.random.default_rng(2)
-    slam, truth, wheels = IncrementalSlam(COARSE, START), START, START
+    slam, truth, wheels = IncrementalSlam(COARSE, T_odom_base=START), START, START
     slam.step(IDENTITY, scan_at(truth, rng))
     for _ in range(24):
         move = Pose2(0.08, 0.0, 0.12)
@@ -137,14 +137,14 @@ def test_blind_scans_are_inserted_but_keep_the_grown_covariance():
     rng = np.random.default_rng(7)
     slam = started(rng)
     blind = LaserScan(np.full(30, 1.0, dtype=np.float32), -math.pi, 0.2, 1.0, 0.0)
-    walls = int((slam.grid.log_odds > 0.4).sum())
+    walls = int((slam.occupancy().log_odds > 0.4).sum())
     for _ in range(12):
         estimate = slam.step(Pose2(0.3, 0.0, 0.5), blind)
         assert not estimate.matched
     assert estimate.inserted
     assert estimate.covariance[0, 0] > 0.02**2
     # Uncertain scans clear what is unknown, but no walls: only the first few, still sure, may.
-    assert (slam.grid.log_odds > 0.4).sum() > 0.8 * walls
+    assert (slam.occupancy().log_odds > 0.4).sum() > 0.8 * walls
 
 
 def test_a_wall_seen_again_after_a_blind_way_is_matched_within_the_grown_window():
@@ -153,7 +153,7 @@ def test_a_wall_seen_again_after_a_blind_way_is_matched_within_the_grown_window(
     rng = np.random.default_rng(8)
     room = {"width": 8.0, "height": 8.0, "range_max": 2.5, "beams": 60, "noise": 0.02, "rng": rng}
     truth = Pose2(1.5, 1.5, math.pi / 4)
-    slam = IncrementalSlam(COARSE, truth)
+    slam = IncrementalSlam(COARSE, T_odom_base=truth)
     slam.step(IDENTITY, rectangle_scan(truth, **room))
     blind = 0
     for k in range(40):
@@ -172,6 +172,6 @@ def test_identical_inputs_give_identical_results():
         rng = np.random.default_rng(9)
         slam = started(rng)
         estimate = slam.step(Pose2(0.25, 0.0, 0.1), scan_at(slam.T_odom_base, rng))
-        return estimate.T_odom_base, slam.grid.log_odds.tobytes()
+        return estimate.T_odom_base, slam.occupancy().log_odds.tobytes()
 
     assert run() == run()
