@@ -12,7 +12,7 @@ import numpy as np
 
 from mapping.correlative_search import SearchWindow
 from mapping.estimator import Estimate
-from mapping.geometry import IDENTITY, Floats, Pose2, wrap_angle
+from mapping.geometry import IDENTITY, Floats, Pose2
 from mapping.grid import OccupancyGrid
 from mapping.match_map import MapSettings, MatchMap
 from mapping.motion_model import MotionModel
@@ -34,7 +34,10 @@ class SlamSettings:
         search_sigma: search a window where the pose's standard deviation exceeds this [m].
         search_turn_sigma: or that of the heading exceeds this [rad].
         window_sigmas: size of that window in standard deviations.
-        fit_least: share of known end points that must be explained for a match to count.
+        fit_least: with a smaller share of known end points explained, the pose is searched for in
+            the wide window.
+        fit_poor: where that finds nothing either, the first match counts down to this share: things
+            were moved, or the map is bent, and even so it knows more than the wheels.
         known_least: fewer known end points say nothing, for or against.
         wide: window of the search after a bad match.
         wide_covariance_scale: the prior's covariance is widened by this factor then.
@@ -50,6 +53,7 @@ class SlamSettings:
     search_turn_sigma: float = math.radians(3.0)
     window_sigmas: float = 3.0
     fit_least: float = 0.5
+    fit_poor: float = 0.25
     known_least: int = 12
     wide: SearchWindow = field(default_factory=SearchWindow)
     wide_covariance_scale: float = 9.0
@@ -115,13 +119,16 @@ class IncrementalSlam:
             self._insert(scan, cautious=False)
             return True, True
         result = self.map.match(scan, self.T_odom_base, self.covariance, self._window())
-        if self._contradicts(result):
-            result = self._search_wide(scan)
-            if self._contradicts(result):
+        if self._contradicts(result, settings.fit_least):
+            wide = self._search_wide(scan)
+            if self._far_better(wide, result):
+                result = wide
+            elif self._contradicts(result, settings.fit_poor):
                 return False, False
         self.T_odom_base, self.covariance = result.T_map_base, result.covariance
         matched = result.known >= settings.known_least
-        if not self._due(self._T_odom_keyframe, settings.keyframe_distance, settings.keyframe_turn):
+        distance, turn = settings.keyframe_distance, settings.keyframe_turn
+        if not self._T_odom_keyframe.moved(self.T_odom_base, distance, turn):
             self._refine(scan)
             return matched, False
         self._insert(scan, cautious=self._uncertain())
@@ -134,10 +141,16 @@ class IncrementalSlam:
         covariance = covariance + np.diag([0.2**2, 0.2**2, math.radians(5.0) ** 2])
         return self.map.match(scan, self.T_odom_base, covariance, settings.wide)
 
-    def _contradicts(self, result: MatchResult) -> bool:
+    def _far_better(self, wide: MatchResult, near: MatchResult) -> bool:
+        """Whether a match from far away explains half of what the one nearby does not, or more.
+
+        Within a metre there is nearly always a place that looks a little more alike.
+        """
+        return wide.known >= self.settings.known_least and wide.fit >= 0.5 * (1.0 + near.fit)
+
+    def _contradicts(self, result: MatchResult, fit_least: float) -> bool:
         """Whether enough end points fall where the map is known, and too few of them at walls."""
-        settings = self.settings
-        return result.known >= settings.known_least and result.fit < settings.fit_least
+        return result.known >= self.settings.known_least and result.fit < fit_least
 
     def _sigmas(self) -> tuple[float, float]:
         """Return the largest standard deviation in position [m] and that of the heading [rad]."""
@@ -160,11 +173,6 @@ class IncrementalSlam:
         n = self.settings.window_sigmas
         return SearchWindow(n * sigma, n * turn_sigma, self.settings.wide.turn_step)
 
-    def _due(self, T_odom_last: Pose2, distance: float, turn: float) -> bool:
-        """Whether the robot has moved [m] or turned [rad] enough since a pose."""
-        turned = abs(wrap_angle(self.T_odom_base.theta - T_odom_last.theta))
-        return self.T_odom_base.distance_to(T_odom_last) >= distance or turned >= turn
-
     def _insert(self, scan: LaserScan, cautious: bool) -> None:
         """Insert the scan at the pose believed now."""
         self.map.insert(scan, self.T_odom_base, cautious)
@@ -177,6 +185,7 @@ class IncrementalSlam:
         that follows is matched with it; over several poses in a row such errors average out.
         """
         settings = self.settings
-        if self._due(self._T_odom_refined, settings.refine_distance, settings.refine_turn):
+        distance, turn = settings.refine_distance, settings.refine_turn
+        if self._T_odom_refined.moved(self.T_odom_base, distance, turn):
             self.map.refine(scan, self.T_odom_base)
             self._T_odom_refined = self.T_odom_base

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mapping.geometry import IDENTITY, Floats, Pose2, wrap_angle
+from mapping.geometry import IDENTITY, Floats, Pose2
 from mapping.incremental_slam import IncrementalSlam, SlamSettings
 from mapping.match_map import MapSettings
 from mapping.motion_model import MotionModel
@@ -92,14 +92,9 @@ class LocalMapping:
             early = aligned and self._since_report >= self._settings.news_every
             if not early or self.scan is None or news(self.scan) < self._settings.news_m2:
                 return False
-        moved = self.T_odom_base.distance_to(last)
-        turned = abs(wrap_angle(self.T_odom_base.theta - last.theta))
         settings = self._settings
-        return (
-            not aligned
-            or moved >= settings.report_moved_m
-            or turned >= math.radians(settings.report_turned_deg)
-        )
+        turn = math.radians(settings.report_turned_deg)
+        return not aligned or last.moved(self.T_odom_base, settings.report_moved_m, turn)
 
     @property
     def has_news(self) -> bool:

@@ -10,8 +10,9 @@ import pytest
 from mapping.geometry import IDENTITY, Floats, Pose2
 from mapping.motion_model import MotionModel
 from mapping.scan import LaserScan
+from mapping.way import Report, corrected_track, way_between
 from protocol.body import Drive
-from server.placing import Node, Report, corrected_track, motion_of, way_between
+from server.placing import Node, motion_of
 
 SCAN = LaserScan(np.full(10, 8.0, np.float32), 0.0, 0.1, 8.0, 0.0)
 WHEELS = MotionModel()
