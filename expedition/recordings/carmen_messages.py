@@ -25,7 +25,7 @@ SICK_CODES = (81.0, 82.0)
 
 AFTER_READINGS = 9  # x y theta odom_x odom_y odom_theta ipc_timestamp host logger_timestamp
 AFTER_REMISSIONS = (
-    14  # two poses, tv rv forward side turn_axis, ipc_timestamp host logger_timestamp
+    14  # two poses, tv rv forward side turn_axis, ipc_timestamp host ...
 )
 
 # CARMEN knows a laser by the number of its readings: (field of view, step) [deg].
@@ -115,7 +115,7 @@ def read_robotlaser(fields: Sequence[str], laser: Laser) -> Reading:
         )
     after = fields[remissions_at + 1 + remissions :]
     start, step = number(fields[2]), number(fields[4])
-    if not (abs(start) <= 2.0 * math.pi and 0.0 < step and step * (beams - 1) <= 2.1 * math.pi):
+    if not (abs(start) <= 2.0 * math.pi and step > 0.0 and step * (beams - 1) <= 2.1 * math.pi):
         raise DamagedError("the bearings go more than once around")
     T_wheel_base = pose(after[3:6])
     maximum_range = number(fields[5])

@@ -141,11 +141,10 @@ def _indices(stamps: npt.ArrayLike, wanted: Floats) -> npt.NDArray[np.intp]:
         return np.full(len(wanted), -1, dtype=np.intp)
     after = np.clip(np.searchsorted(known, wanted), 0, len(known) - 1)
     before = np.maximum(after - 1, 0)
-    nearest = np.where(
-        np.abs(known[before] - wanted) <= np.abs(known[after] - wanted), before, after
-    )
+    to_before, to_after = np.abs(known[before] - wanted), np.abs(known[after] - wanted)
+    nearest = np.where(to_before <= to_after, before, after)
     found: npt.NDArray[np.intp] = np.where(
-        np.abs(known[nearest] - wanted) <= SAME_STAMP, first[nearest], -1
+        np.minimum(to_before, to_after) <= SAME_STAMP, first[nearest], -1
     )
     return found
 

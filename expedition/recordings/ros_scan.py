@@ -43,5 +43,4 @@ def scan_from(message: Any, stamp: float, mounting: Mounting) -> LaserScan:
     if step < 0.0:
         ranges = np.ascontiguousarray(ranges[::-1])
         start, step = start + (beams - 1) * step, -step
-    # A reach that float32 rounds up must not make of infinity a hit.
-    return LaserScan(ranges, start, step, float(np.float32(reach)), stamp, mounting.T_base_laser)
+    return LaserScan(ranges, start, step, reach, stamp, mounting.T_base_laser)

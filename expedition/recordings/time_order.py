@@ -22,6 +22,15 @@ LATE = 5.0
 SET_BACK = 20
 """With so many lines in a row the clock was set back; with fewer, the lines are wrong."""
 
+JUMP = 0.25
+"""What a jump ahead costs [lines]: it decides between two lines that exclude each other."""
+
+PAUSE = 0.2
+"""Of the time that a line may be late: with a longer pause a new run begins."""
+
+LOST_START = 10
+"""So many lines must contradict the start of a log before it is given up for them."""
+
 LOOK_BACK = 200
 """So many runs in a row may be given up."""
 
@@ -85,7 +94,9 @@ def _runs(stamps: Floats, torn: npt.NDArray[np.bool_], late: float) -> list[_Run
     begin, newest = 0, 0.0
     values = stamps.tolist()
     for index, stamp in enumerate(values):
-        if index and (abs(stamp - newest) > late or torn[index]):
+        # A pause may be an error of the stamp: small steps ahead must not add up unseen.
+        jumps = stamp < newest - late or stamp > newest + PAUSE * late
+        if index and (jumps or torn[index]):
             runs.append(_Run(begin, index, values[begin], newest, bool(torn[begin])))
             begin = index
         newest = stamp if index == begin else max(newest, stamp)
@@ -101,15 +112,16 @@ def _chain(runs: list[_Run], late: float) -> list[_Run]:
     before = np.full(len(runs), -1)
     for index, run in enumerate(runs):
         worth[index] = run.end - run.begin
-        low = max(0, index - LOOK_BACK)
-        if low == index:
+        if index == 0:
             continue
+        low = max(0, index - LOOK_BACK)
         # Half a line less, so that exactly SET_BACK lines are enough.
         back = run.torn | (run.first < newest[low:index] - late)
-        gains = worth[low:index] - np.where(back, SET_BACK - 0.5, 0.0)
+        ahead = run.first > newest[low:index] + late
+        gains = worth[low:index] - np.where(back, SET_BACK - 0.5, np.where(ahead, JUMP, 0.0))
         best = int(np.argmax(gains))
-        if gains[best] > 0.0:
-            worth[index] += gains[best]
+        worth[index] += max(gains[best], -LOST_START)
+        if gains[best] > -LOST_START:
             before[index] = low + best
     chain = []
     index = int(np.argmax(worth)) if runs else -1
