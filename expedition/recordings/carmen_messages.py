@@ -24,9 +24,7 @@ SICK_CODES = (81.0, 82.0)
 """A SICK LMS says with readings in this span [m] (8183 to 8191 cm) that nothing came back."""
 
 AFTER_READINGS = 9  # x y theta odom_x odom_y odom_theta ipc_timestamp host logger_timestamp
-AFTER_REMISSIONS = (
-    14  # two poses, tv rv forward side turn_axis, ipc_timestamp host ...
-)
+AFTER_REMISSIONS = 14  # two poses, tv rv forward side turn_axis, ipc_timestamp host ...
 
 # CARMEN knows a laser by the number of its readings: (field of view, step) [deg].
 _SICK = {

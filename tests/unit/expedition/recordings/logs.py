@@ -12,7 +12,9 @@ def flaser(k: int, beams: int = 180, stamp: float | None = None, x: float | None
     x = 0.2 * k if x is None else x
     stamp = 1000.0 + 0.2 * k if stamp is None else stamp
     pose = f"{x:.6f} 0.500000 0.100000"
-    return f"FLASER {beams} {_ranges(k, beams)} {pose} {pose} {stamp:.6f} nohost {stamp - 1000.0:.6f}"
+    return (
+        f"FLASER {beams} {_ranges(k, beams)} {pose} {pose} {stamp:.6f} nohost {stamp - 1000.0:.6f}"
+    )
 
 
 @cache

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import gzip
+import itertools
 import math
 import time
 from pathlib import Path
@@ -19,9 +20,7 @@ Key = tuple[float, bytes, tuple[float, float, float]]
 
 
 def keys(readings: list[Reading]) -> list[Key]:
-    return [
-        (r.scan.stamp, r.scan.ranges.tobytes(), r.T_wheel_base.as_tuple()) for r in readings
-    ]
+    return [(r.scan.stamp, r.scan.ranges.tobytes(), r.T_wheel_base.as_tuple()) for r in readings]
 
 
 def test_a_flaser_line() -> None:
@@ -257,3 +256,35 @@ def test_every_line_of_real_logs_is_kept(data_dir: Path, name: str, scans: int) 
     assert time.process_time() - start < 5.0
     assert len(recording.readings) == scans
     assert recording.skipped == []
+
+
+def restamped(line: str, seconds: float) -> str:
+    head, stamp, host, logged = line.rsplit(maxsplit=3)
+    return f"{head} {float(stamp) + seconds:.6f} {host} {logged}"
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("seed", range(3))
+def test_a_real_log_with_wrong_lines_gives_the_readings_of_the_others(
+    data_dir: Path, seed: int
+) -> None:
+    with gzip.open(data_dir / "logs" / "intel.clf.gz", "rt", encoding="latin-1") as file:
+        scans = (line for line in file if line.startswith("FLASER"))
+        lines = list(itertools.islice(scans, 3000))
+    rng = np.random.default_rng(seed)
+    wrong, clean = [], []
+    for k, line in enumerate(lines):
+        fault = int(rng.integers(0, 40)) if k else 40
+        seconds = float(rng.uniform(8.0, 2000.0))
+        if fault == 0:  # dropped out
+            continue
+        if fault in (1, 2, 3):
+            spoilt = line.replace(" 1.", " nan.", 1), line[: len(line) // 2]
+            wrong.append((restamped(line, -seconds), *spoilt)[fault - 1])
+            continue
+        clean.append(line)
+        wrong.append(line)
+        if fault in (4, 5):
+            wrong.append(line if fault == 4 else restamped(line, 0.3))
+            wrong.append(restamped(clean[-int(rng.integers(0, 50)) :][0], -seconds))
+    assert keys(parse(wrong).readings) == keys(parse(clean).readings)
