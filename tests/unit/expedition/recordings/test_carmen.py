@@ -279,7 +279,7 @@ def test_a_real_log_with_wrong_lines_gives_the_readings_of_the_others(
         if fault == 0:  # dropped out
             continue
         if fault in (1, 2, 3):
-            spoilt = line.replace(" 1.", " nan.", 1), line[: len(line) // 2]
+            spoilt = line.replace(".", ".nan", 1), line[: len(line) // 2]
             wrong.append((restamped(line, -seconds), *spoilt)[fault - 1])
             continue
         clean.append(line)
