@@ -22,6 +22,7 @@ from mapping.incremental_slam import IncrementalSlam, SlamSettings
 from mapping.loop_search import LoopSearch
 from mapping.loop_settings import LoopSettings
 from mapping.match_map import MatchMap
+from mapping.pose_graph import PoseGraph
 from mapping.scan import LaserScan
 from mapping.submap_graph import SubmapGraph
 from mapping.surface_map import SurfaceSettings
@@ -54,7 +55,7 @@ class GraphSlam:
     """Pose graph: scan matching, loops found by correlative search, all poses put right together.
 
     Attributes:
-        graph: nodes, edges and submaps; its frame is the odom frame at the start.
+        submaps: nodes, edges and submaps; their frame is the odom frame at the start.
     """
 
     def __init__(
@@ -69,8 +70,8 @@ class GraphSlam:
         front = self._front.settings
         surface = SurfaceSettings(fit_radius=self._settings.submap_fit)
         self._motion = front.motion
-        self.graph = SubmapGraph(self._settings.loops, replace(front.map, surface=surface))
-        self._search = LoopSearch(self.graph)
+        self.submaps = SubmapGraph(self._settings.loops, replace(front.map, surface=surface))
+        self._search = LoopSearch(self.submaps)
         self._trail = Trail(self._settings.loops.spans_m)
         self._T_wheel_base = IDENTITY
         self._last: Report | None = None
@@ -100,26 +101,30 @@ class GraphSlam:
     def finish(self) -> None:
         """Compare once more what came together late, and put all right."""
         if self._last is not None:
-            self.graph.settle()
+            self.submaps.settle()
             self._search.consolidate()
-            self.graph.settle()
+            self.submaps.settle()
 
     def trajectory(self) -> Floats:
         """Return the pose at each scan taken in, (n, 3) of x, y [m], theta [rad], as known now."""
         T_map_odom, parts = IDENTITY, [np.zeros((0, 4))]
         for node, report in enumerate(self._nodes):
             before = T_map_odom
-            T_map_odom = self.graph.graph.pose(node) @ report.T_odom_base.inverse()
+            T_map_odom = self.submaps.graph.pose(node) @ report.T_odom_base.inverse()
             parts.append(corrected_track(report.track_odom, before, T_map_odom))
         untold = np.array(self._track, dtype=np.float64).reshape(-1, 4)
         parts.append(corrected_track(untold, T_map_odom, T_map_odom))
         return np.concatenate(parts)[:, 1:]
 
+    def pose_graph(self) -> PoseGraph:
+        """Return the graph of all nodes."""
+        return self.submaps.graph
+
     def occupancy(self) -> OccupancyGrid:
         """Return the map of all nodes' scans where the graph has them now."""
         drawn = MatchMap(self._front.settings.map)
         drawn.insert_all(
-            (report.scan, self.graph.graph.pose(node)) for node, report in enumerate(self._nodes)
+            (report.scan, self.submaps.graph.pose(node)) for node, report in enumerate(self._nodes)
         )
         return drawn.grid
 
@@ -145,14 +150,14 @@ class GraphSlam:
         last, self._last = self._last, report
         self._nodes.append(report)
         if last is None:
-            node = self.graph.begin(_ROBOT, report.scan, report.T_odom_base, report.covariance)
+            node = self.submaps.begin(_ROBOT, report.scan, report.T_odom_base, report.covariance)
             self._trail.begin(node, report)
             return
         way = way_between(last, report, report.track_odom, self._motion)
-        T_map_base = self.graph.graph.pose(len(self._nodes) - 2) @ way.T_last_base
+        T_map_base = self.submaps.graph.pose(len(self._nodes) - 2) @ way.T_last_base
         loops = self._search.around(_ROBOT, report.scan, T_map_base, way)
-        node = self.graph.extend(_ROBOT, report.scan, T_map_base, way)
+        node = self.submaps.extend(_ROBOT, report.scan, T_map_base, way)
         for span in self._trail.add(node, report, way):
-            self.graph.span(span, node)
-        if self.graph.strained(self.graph.connect_loops(node, loops)):
-            self.graph.settle()
+            self.submaps.span(span, node)
+        if self.submaps.strained(self.submaps.connect_loops(node, loops)):
+            self.submaps.settle()

@@ -108,6 +108,9 @@ class IncrementalSlam:
         """Return the pose at each scan taken in, (n, 3) of x, y [m], theta [rad], odom frame."""
         return np.array(self._poses, dtype=np.float64).reshape(-1, 3)
 
+    def pose_graph(self) -> None:
+        """Return None: there is no graph."""
+
     def occupancy(self) -> OccupancyGrid:
         """Return the robot's own occupancy grid, odom frame."""
         return self.map.grid

@@ -11,6 +11,7 @@ from mapping.estimator import Estimator
 from mapping.incremental_slam import SlamSettings
 
 ESTIMATORS: dict[str, str] = {
+    "graph": "mapping.graph_slam:GraphSlam",
     "scan_matching": "mapping.incremental_slam:IncrementalSlam",
 }
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -69,6 +70,20 @@ class RelationErrors:
     def rotational_std(self) -> float:
         """Standard deviation of the rotational error [rad]."""
         return float(self.rotational.std())
+
+
+def read_relations(path: Path) -> list[Relation]:
+    """Return the relations in a file.
+
+    Raises:
+        RecordingError: it cannot be read, or is none; one line that says what to do.
+    """
+    try:
+        return parse_relations(path.read_text(encoding="latin-1").splitlines())
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {error}") from None
+    except OSError as error:
+        raise RecordingError(f"{path}: {error.strerror or error}: give a relations file") from None
 
 
 def parse_relations(lines: Iterable[str]) -> list[Relation]:
