@@ -94,7 +94,8 @@ class GraphSlam:
         self._T_wheel_base = self._T_wheel_base @ T_before_after
         if scan is not None:
             self._track.append((scan.stamp, *estimate.T_odom_base.as_tuple()))
-            if self._due(estimate.T_odom_base):
+            # What contradicts the map is not drawn, and where it was seen is not known.
+            if estimate.inserted and self._due(estimate.T_odom_base):
                 self._add_node(self._report(scan))
         return estimate
 

@@ -12,12 +12,18 @@ import numpy as np
 
 from mapping.correlative_search import SearchWindow
 from mapping.estimator import Estimate
-from mapping.geometry import IDENTITY, Floats, Pose2
+from mapping.geometry import IDENTITY, Floats, Pose2, wrap_angle
 from mapping.grid import OccupancyGrid
 from mapping.match_map import MapSettings, MatchMap
 from mapping.motion_model import MotionModel
 from mapping.scan import LaserScan
 from mapping.scan_matching import MatchResult
+
+# A motion that is told at once and is larger may be old news [m], [rad].
+_LEAP, _LEAP_TURN = 0.1, math.radians(5.0)
+# Squared distance from what the wheels say beyond which a poor match is not believed (in three
+# dimensions, one in ten thousand is farther away).
+_GATE = 21.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +42,7 @@ class SlamSettings:
         window_sigmas: size of that window in standard deviations.
         fit_least: with a smaller share of known end points explained, the pose is searched for in
             the wide window.
-        fit_poor: where that finds nothing either, the first match counts down to this share: things
-            were moved, or the map is bent, and even so it knows more than the wheels.
+        fit_poor: where that finds nothing either, the first match counts down to this share.
         known_least: fewer known end points say nothing, for or against.
         wide: window of the search after a bad match.
         wide_covariance_scale: the prior's covariance is widened by this factor then.
@@ -121,13 +126,9 @@ class IncrementalSlam:
         if self._T_odom_keyframe is None:
             self._insert(scan, cautious=False)
             return True, True
-        result = self.map.match(scan, self.T_odom_base, self.covariance, self._window())
-        if self._contradicts(result, settings.fit_least):
-            wide = self._search_wide(scan)
-            if self._far_better(wide, result):
-                result = wide
-            elif self._contradicts(result, settings.fit_poor):
-                return False, False
+        result = self._locate(scan)
+        if result is None:
+            return False, False
         self.T_odom_base, self.covariance = result.T_map_base, result.covariance
         matched = result.known >= settings.known_least
         distance, turn = settings.keyframe_distance, settings.keyframe_turn
@@ -137,19 +138,50 @@ class IncrementalSlam:
         self._insert(scan, cautious=self._uncertain())
         return matched, True
 
-    def _search_wide(self, scan: LaserScan) -> MatchResult:
-        """Match again in the wide window, with a prior that allows for a mishap."""
+    def _locate(self, scan: LaserScan) -> MatchResult | None:
+        """Return where a scan was taken; None if it contradicts the map wherever it is tried."""
+        settings = self.settings
+        near = self.map.match(scan, self.T_odom_base, self.covariance, self._window())
+        if not self._contradicts(near, settings.fit_least):
+            return near
+        for T_odom_guess in self._mishaps():
+            far = self._search_wide(scan, T_odom_guess)
+            if self._far_better(far, near):
+                return far
+        # Things were moved, or the map is bent: even so it knows more than the wheels, if both say
+        # much the same.
+        if self._contradicts(near, settings.fit_poor) or self._unlikely(near):
+            return None
+        return near
+
+    def _mishaps(self) -> list[Pose2]:
+        """Return where the robot may be after a mishap: near its guess, or near where it was.
+
+        Wheels slip, and their word may come late, all at once.
+        """
+        T_odom_last = Pose2(*self._poses[-1])
+        moved = T_odom_last.moved(self.T_odom_base, _LEAP, _LEAP_TURN)
+        return [self.T_odom_base, T_odom_last] if moved else [self.T_odom_base]
+
+    def _search_wide(self, scan: LaserScan, T_odom_guess: Pose2) -> MatchResult:
+        """Match in the wide window around a pose, with a prior that allows for a mishap."""
         settings = self.settings
         covariance = settings.wide_covariance_scale * self.covariance
         covariance = covariance + np.diag([0.2**2, 0.2**2, math.radians(5.0) ** 2])
-        return self.map.match(scan, self.T_odom_base, covariance, settings.wide)
+        return self.map.match(scan, T_odom_guess, covariance, settings.wide)
 
-    def _far_better(self, wide: MatchResult, near: MatchResult) -> bool:
+    def _far_better(self, far: MatchResult, near: MatchResult) -> bool:
         """Whether a match from far away explains half of what the one nearby does not, or more.
 
         Within a metre there is nearly always a place that looks a little more alike.
         """
-        return wide.known >= self.settings.known_least and wide.fit >= 0.5 * (1.0 + near.fit)
+        return far.known >= self.settings.known_least and far.fit >= 0.5 * (1.0 + near.fit)
+
+    def _unlikely(self, result: MatchResult) -> bool:
+        """Whether a match is farther from where the wheels put the robot than they may err."""
+        off = result.T_map_base.as_array() - self.T_odom_base.as_array()
+        off[2] = wrap_angle(off[2])
+        return float(off @ np.linalg.solve(self.covariance, off)) > _GATE
 
     def _contradicts(self, result: MatchResult, fit_least: float) -> bool:
         """Whether enough end points fall where the map is known, and too few of them at walls."""
