@@ -45,7 +45,7 @@ class GraphSettings:
         loops: how loops are found and the graph is put right.
     """
 
-    node_distance: float = 0.3
+    node_distance: float = 0.4
     node_turn: float = math.radians(20.0)
     submap_fit: int = 6
     loops: LoopSettings = field(default_factory=LoopSettings)

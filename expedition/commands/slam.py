@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,6 +35,9 @@ def slam(
     max_range: Annotated[
         float, typer.Option(min=1.0, help="readings from farther away are not drawn [m]")
     ] = 30.0,
+    first: Annotated[
+        int | None, typer.Option(min=1, help="take only so many scans from the beginning")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="for estimators that draw lots")] = 0,
     as_json: JsonOption = False,
 ) -> int:
@@ -43,7 +47,7 @@ def slam(
     from robot_agent.estimators import EstimatorError
 
     try:
-        recording, truth = _read(log, relations)
+        recording, truth = _read(log, relations, first)
         run = _estimate(recording, estimator, max_range, seed, quiet=as_json)
         errors = _errors(recording, run, truth)
     except (RecordingError, EstimatorError) as error:
@@ -58,13 +62,14 @@ def slam(
     return 0
 
 
-def _read(log: Path, relations: Path | None) -> tuple[Recording, list[Relation]]:
-    """Return the log and the true relations, if there are any."""
+def _read(log: Path, relations: Path | None, first: int | None) -> tuple[Recording, list[Relation]]:
+    """Return the log, or its beginning, and the true relations, if there are any."""
     from expedition.recordings.read import read_recording
     from expedition.recordings.relations import read_relations
 
     truth = read_relations(relations) if relations is not None else []
-    return read_recording(log), truth
+    recording = read_recording(log)
+    return replace(recording, readings=recording.readings[:first]), truth
 
 
 def _estimate(
