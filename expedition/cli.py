@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from expedition.commands import mission, operator, processes, study
+from expedition.commands import graphs, mission, operator, processes, study
 from expedition.errors import NoServerError, StartError
 from expedition.memory import collect_seldom, keep_freed_memory
 from expedition.team import UsageError
@@ -17,8 +17,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Sends a team of robots into a building nobody has a map of, and brings back one map.",
 )
-_MISSION, _BY_HAND, _OPERATOR, _STUDY = (
+_MISSION, _RECORDED, _BY_HAND, _OPERATOR, _STUDY = (
     "Missions",
+    "Work on what was recorded",
     "One process of a team each, launched by hand",
     "An operator's word to a running server",
     "What there is, and what it is worth",
@@ -27,6 +28,7 @@ _MISSION, _BY_HAND, _OPERATOR, _STUDY = (
 _ANY_NUMBER = {"ignore_unknown_options": True}
 
 app.command(rich_help_panel=_MISSION)(mission.run)
+app.command(rich_help_panel=_RECORDED)(graphs.optimize)
 app.command(rich_help_panel=_BY_HAND)(processes.world)
 app.command(rich_help_panel=_BY_HAND)(processes.server)
 app.command(rich_help_panel=_BY_HAND)(processes.agent)

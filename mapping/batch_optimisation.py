@@ -3,8 +3,8 @@
 Gauss-Newton as long as each step lowers the sum of squared errors, which near the optimum it does
 fast; where a step does not, it is damped until it does.
 
-Source: Grisetti, Kuemmerle, Stachniss & Burgard 2010, "A tutorial on graph-based SLAM", algorithm 1;
-the damping is Marquardt's (1963).
+Source: Grisetti, Kuemmerle, Stachniss & Burgard 2010, "A tutorial on graph-based SLAM", algorithm
+1; the damping is Marquardt's (1963).
 """
 
 from __future__ import annotations

@@ -84,7 +84,7 @@ def _spread(
 def _put(
     jacobian: Floats, node: int, places: Indices, parents: Indices, y: Floats, reached: Flags
 ) -> int:
-    """Put a node's derivatives into `y`, mark all rows that they reach; return the first of its own."""
+    """Put a node's derivatives into `y`, mark all rows that they reach; return the first."""
     first = len(y)
     for axis in range(3):
         k = places[3 * node + axis]

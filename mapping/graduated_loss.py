@@ -22,7 +22,7 @@ from mapping.normal_equations import HELD
 # By which the loss comes closer to the truncated one with each step.
 _GROWTH = 1.4
 _MOST_STEPS = 100
-# A weight above counts as one. (Small weights do not count as zero: early on all of them are small.)
+# A weight above counts as one; none but zero counts as zero, as early on all of them are small.
 _DECIDED = 0.999
 
 
@@ -57,17 +57,19 @@ def select(
     free = (held < HELD)[:, None]
     squared = constraints.squared_errors(poses)
     worst = float(squared[~trusted].max(initial=0.0))
-    # The control parameter mu of the paper; the loss is convex for all errors while it is so small.
+    # The paper's control parameter mu; so small, the loss is convex for all errors.
     convexity = limit / max(2.0 * worst - limit, limit)
-    for step in range(_MOST_STEPS):
+    steps = 0
+    while steps < _MOST_STEPS:
         weights = np.where(trusted, 1.0, truncated_weights(squared, limit, convexity))
         system.fill_weighed(poses, weights)
         poses = poses + system.step() * free
         squared = constraints.squared_errors(poses)
         convexity *= _GROWTH
+        steps += 1
         if np.all((weights == 0.0) | (weights > _DECIDED)):
             break
-    return Selection(poses, weights > 0.5, step + 1)
+    return Selection(poses, weights > 0.5, steps)
 
 
 def truncated_weights(squared: Floats, limit: float, convexity: float) -> Floats:

@@ -32,10 +32,13 @@ from mapping.geometry import Floats, pose_from
 from mapping.graduated_loss import select
 from mapping.normal_equations import HELD
 
-# Squared errors beyond are likely for one right constraint in 100,000 (chi2, three degrees).
+# Of right constraints one in 100,000 has a squared error beyond (chi2, three degrees).
 _UNLIKELY = 25.9
-# Squared errors within are no reason to call a constraint wrong: less than one stated deviation.
+# A graph whose doubted errors are all less than one stated deviation has none that is wrong.
 _CERTAIN = 1.0
+# In the end no constraint is called wrong whose squared error is less than half of all would be by
+# its stated covariance (chi2, three degrees).
+_LIKELY = 2.37
 # How many times more volume an error may fill by the poses of its ends than by the measurement
 # alone (cube root), for the first loops; then each time by how many more.
 _FIRST_LEVEL, _NEXT_LEVEL = 8.0, 4.0
@@ -144,7 +147,7 @@ class _GrowingGraph:
         """
         for _ in range(_ROUNDS):
             best = self._optimum()
-            limit = max(_CERTAIN, self._scale * _UNLIKELY)
+            limit = max(_LIKELY, self._scale * _UNLIKELY)
             likely = self._constraints.squared_errors(self._poses) <= limit
             if np.array_equal(self.kept, self._trusted | likely):
                 return best
@@ -161,7 +164,7 @@ class _GrowingGraph:
         system = system_of(len(self._poses), graph, self._held)
         system.fill_weighed(self._poses, np.ones(len(graph)))
         wider = np.eye(3) + loops.information @ predicted_spread(system, self._poses, loops)
-        predicted = np.linalg.solve(wider, loops.information)
+        predicted: Floats = np.linalg.solve(wider, loops.information)
         squared = Constraints(loops.ends, loops.measured, predicted).squared_errors(self._poses)
         return np.cbrt(np.maximum(np.linalg.det(wider), 1.0)), squared
 
