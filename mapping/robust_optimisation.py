@@ -69,15 +69,15 @@ class RobustOptimum:
 def optimise_robustly(poses: Floats, constraints: Constraints, held: Floats) -> RobustOptimum:
     """Move the nodes of a graph to the optimum of those constraints that are right.
 
-    Constraints of consecutive nodes are trusted. A graph whose plain optimum leaves no error worth
-    speaking of keeps all constraints, and that optimum is the result.
+    The first constraint of each two consecutive nodes is trusted. A graph whose plain optimum
+    leaves no error worth speaking of keeps all constraints, and that optimum is the result.
 
     Args:
         poses: (N, 3) a first guess of the poses (x, y, theta), map frame.
         constraints: between them; at least one.
         held: (N,) which nodes stay; see `batch_optimisation.held_nodes`.
     """
-    trusted = np.abs(np.diff(constraints.ends)[:, 0]) == 1
+    trusted = ways(constraints)
     iterations = 0
     if trusted.all() or constraints.squared_errors(poses).mean() < _HOPELESS:
         plain = optimise(poses, constraints, held, most_steps=_TRIAL_STEPS)
@@ -85,23 +85,32 @@ def optimise_robustly(poses: Floats, constraints: Constraints, held: Floats) -> 
         doubted = constraints.squared_errors(plain.poses)[~trusted]
         if doubted.max(initial=0.0) <= _CERTAIN:
             return RobustOptimum(plain.poses, np.ones_like(trusted), plain.chi2, iterations)
-    graph = _GrowingGraph(dead_reckoned(poses, constraints, held), constraints, trusted, held)
+    reckoned = dead_reckoned(poses, constraints.only(trusted), held)
+    graph = _GrowingGraph(reckoned, constraints, trusted, held)
     while graph.waiting.any():
         graph.grow()
     best = graph.settle()
     return RobustOptimum(best.poses, graph.kept, best.chi2, iterations + graph.iterations)
 
 
-def dead_reckoned(poses: Floats, constraints: Constraints, held: Floats) -> Floats:
-    """Return poses (N, 3) by the constraints of consecutive nodes, from the first of each run on.
+def ways(constraints: Constraints) -> Flags:
+    """Return which constraints (E,) are robots' ways: of each two consecutive nodes the first."""
+    low, high = constraints.ends.min(axis=1), constraints.ends.max(axis=1)
+    steps = np.flatnonzero(high - low == 1)
+    firsts = np.zeros(len(constraints), dtype=bool)
+    firsts[steps[np.unique(low[steps], return_index=True)[1]]] = True
+    return firsts
 
-    Nodes that are held, and those without such a constraint, have the poses that were given.
+
+def dead_reckoned(poses: Floats, way: Constraints, held: Floats) -> Floats:
+    """Return poses (N, 3) by the steps of robots' ways, from the first node of each on.
+
+    Nodes that are held, and those that no step leads to, have the poses that were given.
     """
     steps = {}
-    for (i, j), measured in zip(constraints.ends.tolist(), constraints.measured, strict=True):
-        if abs(i - j) == 1:
-            step = pose_from(measured)
-            steps[max(i, j)] = step if i < j else step.inverse()
+    for (i, j), measured in zip(way.ends.tolist(), way.measured, strict=True):
+        step = pose_from(measured)
+        steps[max(i, j)] = step if i < j else step.inverse()
     reckoned = poses.copy()
     for node in sorted(steps):
         if held[node] < HELD:
@@ -164,7 +173,8 @@ class _GrowingGraph:
         system = system_of(len(self._poses), graph, self._held)
         system.fill_weighed(self._poses, np.ones(len(graph)))
         wider = np.eye(3) + loops.information @ predicted_spread(system, self._poses, loops)
-        predicted: Floats = np.linalg.solve(wider, loops.information)
+        solved = np.linalg.solve(wider, loops.information)
+        predicted: Floats = 0.5 * (solved + solved.transpose(0, 2, 1))
         squared = Constraints(loops.ends, loops.measured, predicted).squared_errors(self._poses)
         return np.cbrt(np.maximum(np.linalg.det(wider), 1.0)), squared
 
