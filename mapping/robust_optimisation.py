@@ -42,6 +42,8 @@ _LIKELY = 2.37
 # How many times more volume an error may fill by the poses of its ends than by the measurement
 # alone (cube root), for the first loops; then each time by how many more.
 _FIRST_LEVEL, _NEXT_LEVEL = 8.0, 4.0
+# Beyond, nothing connects the ends: all such loops are judged together, by each other.
+_UNCONNECTED = 1e6
 # The factor of the stated covariances is 1 before anything is known: as by so many degrees.
 _PRIOR_DEGREES = 10.0
 # A mean squared error above, at the first guess, is hardly that of a graph without wrong loops.
@@ -176,7 +178,7 @@ class _GrowingGraph:
         solved = np.linalg.solve(wider, loops.information)
         predicted: Floats = 0.5 * (solved + solved.transpose(0, 2, 1))
         squared = Constraints(loops.ends, loops.measured, predicted).squared_errors(self._poses)
-        return np.cbrt(np.maximum(np.linalg.det(wider), 1.0)), squared
+        return np.cbrt(np.clip(np.linalg.det(wider), 1.0, _UNCONNECTED**3)), squared
 
     def _take(self, passed: Indices) -> None:
         """Take in those of some loops that hold together with all that are in."""

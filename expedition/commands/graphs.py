@@ -60,11 +60,11 @@ def optimize(
 
 def _in_words(summary: Summary, out: Path | None) -> str:
     """Return what came of it as a paragraph."""
-    judged = (
-        f"{summary.rejected} edges contradict the rest and do not count"
-        if summary.rejected
-        else "all edges count"
-    )
+    judged = "all edges count"
+    if summary.rejected == 1:
+        judged = "1 edge contradicts the rest and does not count"
+    elif summary.rejected:
+        judged = f"{summary.rejected} edges contradict the rest and do not count"
     written = f"written to {out}" if out else "use --out FILE.g2o to keep the poses"
     return (
         f"{summary.vertices} poses, {summary.edges} edges; {judged}. The sum of squared errors "

@@ -36,7 +36,7 @@ def measured_between(
 
 
 def looped_walk(
-    nodes: int = 120, deviation: float = 0.02, seed: int = 2
+    nodes: int = 80, deviation: float = 0.02, seed: int = 2
 ) -> tuple[Floats, Floats, Constraints]:
     """Return the true poses (N, 3), those by odometry, and the constraints: steps, then loops."""
     rng = np.random.default_rng(seed)

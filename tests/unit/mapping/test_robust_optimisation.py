@@ -59,14 +59,17 @@ def test_a_bad_guess_does_not_matter_where_ways_are_known() -> None:
     assert trajectory_error(best.poses, truth) < 0.1
 
 
-def test_two_robots_are_tied_by_the_loops_that_agree() -> None:
+@pytest.mark.parametrize("T_map_other", [Pose2(0.0, 0.0, 0.0), Pose2(3.0, -5.0, 2.0)])
+def test_two_robots_are_tied_by_the_loops_that_agree(T_map_other: Pose2) -> None:
     """Nothing is known of one robot's frame in the other's but by loops, and some are wrong."""
     truth, way, constraints = looped_walk()
-    between = (constraints.ends.min(axis=1) < 60) & (constraints.ends.max(axis=1) >= 60)
+    between = (constraints.ends.min(axis=1) < 40) & (constraints.ends.max(axis=1) >= 40)
     cut = constraints.only(~(between & ways(constraints)))
     both, wrong = with_wrong_loops(cut, way, 0.2, "random far", seed=2)
+    for k in range(40, len(way)):
+        way[k] = (T_map_other @ pose_from(way[k])).as_tuple()
     best = optimise_robustly(way, both, held_nodes(len(way), both, []))
-    assert not np.any(best.kept & wrong)
+    assert np.array_equal(best.kept, ~wrong)
     assert trajectory_error(best.poses, truth) < 0.1
 
 
@@ -110,6 +113,7 @@ def test_dead_reckoning_follows_steps_either_way_and_minds_what_is_fixed() -> No
 
 
 @pytest.mark.data
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "chi2"), [("m3500", 146.077), ("intel", 45.005)])
 def test_real_graphs_reach_the_known_minimum(data_dir: Path, name: str, chi2: float) -> None:
     graph = read_g2o(data_dir / "graphs" / f"{name}.g2o.gz")
