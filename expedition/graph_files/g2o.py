@@ -25,6 +25,7 @@ import numpy as np
 from expedition.team import UsageError
 from mapping.constraints import Constraints
 from mapping.geometry import Floats
+from mapping.pose_graph import positive_part
 
 _COUNTS = {"VERTEX_SE2": 4, "EDGE_SE2": 11}
 _ONLY = "only graphs of poses in the plane can be read (VERTEX_SE2, EDGE_SE2, FIX)"
@@ -173,7 +174,10 @@ class _Reading:
         )
 
     def _information(self, upper: Floats) -> Floats:
-        """Return information matrices (E, 3, 3) of their upper halves (E, 6)."""
+        """Return information matrices (E, 3, 3) of their upper halves (E, 6).
+
+        Written digits are few: what is a little below zero for that is made zero.
+        """
         information = np.ascontiguousarray(upper[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]]).reshape(-1, 3, 3)
         strengths = np.linalg.eigvalsh(information)
         bad = strengths[:, 0] < -1e-6 * np.maximum(strengths[:, 2], 1e-6)
@@ -183,6 +187,8 @@ class _Reading:
                 number, "its information matrix is not positive semidefinite",
                 "give the upper half of an inverse covariance: I11 I12 I13 I22 I23 I33",
             )  # fmt: skip
+        for k in np.flatnonzero(strengths[:, 0] < 0.0):
+            information[k] = positive_part(information[k])
         return information
 
     def _known(self, number: int, vertex: int, what: str) -> None:

@@ -114,3 +114,9 @@ def test_what_is_no_file(tmp_path: Path) -> None:
 def test_an_information_may_be_singular(tmp_path: Path) -> None:
     graph = read_g2o(written(tmp_path, TWO + "EDGE_SE2 7 1000000 1 0 0 1 0 0 1 0 0\n"))
     assert graph.constraints.information[0].tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, 0]]
+    # One third of everything, in six digits, is a little less than singular.
+    rounded = "EDGE_SE2 7 1000000 1 0 0 1 0.333334 0 0.111111 0 1\n"
+    graph = read_g2o(written(tmp_path, TWO + rounded))
+    strengths = np.linalg.eigvalsh(graph.constraints.information[0])
+    assert strengths == pytest.approx([0.0, 1.0, 1.111111], abs=1e-6)
+    assert strengths[0] > -1e-12
