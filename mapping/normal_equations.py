@@ -19,14 +19,20 @@ import qdldl
 from scipy.sparse import csc_matrix
 
 from mapping.compiled import compiled
+from mapping.constraints import Flags, Indices, linearise, squared_error
 from mapping.geometry import Floats
-
-Indices = npt.NDArray[np.int64]
 
 # How firmly the first node is held: it is the gauge of all others.
 HELD = 1e9
 # So little holds every node, so that one without edges does not make the system singular.
-_LOOSE = 1e-9
+LOOSE = 1e-9
+
+
+def only_first_held(nodes: int) -> Floats:
+    """Return how firmly each node (N,) is held when the first is the gauge of all others."""
+    held = np.full(nodes, LOOSE)
+    held[0] = HELD
+    return held
 
 
 class NormalEquations:
@@ -43,7 +49,8 @@ class NormalEquations:
         ends: Indices,
         measured: Floats,
         information: Floats,
-        robust: npt.NDArray[np.bool_],
+        robust: Flags,
+        held: Floats | None = None,
     ) -> None:
         """Find out which entries the system has.
 
@@ -53,9 +60,13 @@ class NormalEquations:
             measured: (E, 3) poses (x, y, theta) of j in i, as measured.
             information: (E, 3, 3) of their errors, in the frame of j.
             robust: (E,) which edges may be wrong.
+            held: (N,) how firmly each node is held where it is, at least `HELD` for those that
+                shall not move; by default the first node alone.
         """
         self._ends, self._measured = ends, measured
         self._information, self._robust = information, robust
+        self._whole: Floats = np.ones(len(ends))
+        self._held: Floats = only_first_held(nodes) if held is None else held
         self.errors: Floats = np.zeros((len(ends), 3))
         self._gradient: Floats = np.zeros((nodes, 3))
         low, high = ends.min(axis=1), ends.max(axis=1)
@@ -82,11 +93,30 @@ class NormalEquations:
             from_sigmas: a robust edge whose error exceeds so many standard deviations counts less,
             power: by the ratio of the two to this power.
         """
+        self._fill(poses, self._whole, (from_sigmas, power), 0.0)
+
+    def fill_weighed(self, poses: Floats, weights: Floats, damping: float = 0.0) -> None:
+        """Work the system out at some poses, with given weights.
+
+        Args:
+            poses: (N, 3) poses (x, y, theta) of the nodes, map frame.
+            weights: (E,) by which the information of each edge is multiplied, from zero on; those
+                of edges that may be wrong besides what their errors make of them.
+            damping: share of itself that is added to each entry of the diagonal (Marquardt 1963).
+        """
+        self._fill(poses, weights, (math.inf, 1), damping)
+
+    def _fill(
+        self, poses: Floats, weights: Floats, robustness: tuple[float, int], damping: float
+    ) -> None:
+        """Fill in all numbers, and factor the matrix."""
         _fill(
             poses, self._ends, self._measured, self._information, self._robust, self._pair_of,
-            self._starts, self._above, self._ranks, (from_sigmas, power), self.errors,
-            self._gradient, self.matrix.data,
+            self._starts, self._above, self._ranks, self._held, weights, robustness,
+            self.errors, self._gradient, self.matrix.data,
         )  # fmt: skip
+        if damping > 0.0:
+            self.matrix.data[self.matrix.indptr[1:] - 1] *= 1.0 + damping
         if self._solver is None:
             self._solver = qdldl.Solver(self.matrix, upper=True)
         else:
@@ -111,6 +141,20 @@ class NormalEquations:
         return np.concatenate(
             [np.zeros((0, len(kept))), *(self._columns(k)[:, kept] for k in nodes)]
         )
+
+    def factors(self) -> tuple[csc_matrix, Floats, Indices]:
+        """Return the factors L, D of what was filled in, and the order of its rows.
+
+        With P the identity's rows in that order, (L + 1) D (L + 1)^T = P A P^T.
+
+        Returns:
+            L (3 N, 3 N), strictly below the diagonal, sparse by columns with rising rows;
+            D (3 N,); the order (3 N,).
+        """
+        assert self._solver is not None, "fill the system in first"
+        below, diagonal, order = self._solver.factors()
+        below.sort_indices()
+        return below, np.asarray(diagonal), np.asarray(order, dtype=np.int64)
 
     def _columns(self, node: int) -> Floats:
         """Return the three columns (3, 3 N) of the inverse that belong to a node."""
@@ -161,11 +205,13 @@ def _fill(
     ends: Indices,
     measured: Floats,
     information: Floats,
-    robust: npt.NDArray[np.bool_],
+    robust: Flags,
     pair_of: Indices,
     starts: Indices,
     above: Indices,
     ranks: Indices,
+    held: Floats,
+    weights: Floats,
     robustness: tuple[float, int],
     errors: Floats,
     gradient: Floats,
@@ -176,14 +222,15 @@ def _fill(
     gradient[:] = 0.0
     for node in range(len(above)):
         for k in range(3):
-            held = HELD if node == 0 else _LOOSE
-            values[_entry(starts[node], above[node], k) + 3 * above[node] + k] = held
+            values[_entry(starts[node], above[node], k) + 3 * above[node] + k] = held[node]
     by_i, by_j = np.zeros((3, 3)), np.zeros((3, 3))
     weighed, pulled = np.empty((3, 3)), np.empty((3, 3))
     for e in range(len(ends)):
         i, j = ends[e, 0], ends[e, 1]
-        _linearise(poses[i], poses[j], measured[e], errors[e], by_i, by_j)
-        weight = _weight(errors[e], information[e], robustness) if robust[e] else 1.0
+        linearise(poses[i], poses[j], measured[e], errors[e], by_i, by_j)
+        weight = weights[e]
+        if robust[e]:
+            weight *= _weight(errors[e], information[e], robustness)
         for a in range(3):
             for b in range(3):
                 weighed[a, b] = weight * information[e, a, b]
@@ -205,42 +252,15 @@ def _fill(
                     values[at + r] += _dot(pulled, by_i, k, r)
                 else:
                     values[at + r] += _dot(pulled, by_i, r, k)
-    gradient[0] = 0.0
-
-
-@compiled
-def _linearise(a: Floats, b: Floats, z: Floats, error: Floats, by_i: Floats, by_j: Floats) -> None:
-    """Work out the error (3,) of an edge and its derivatives (3, 3) by the poses of i and of j.
-
-    The offset is taken in the frame of i, and then, less what was measured, in that of j as
-    measured (Grisetti et al. 2010, equations 30 to 32).
-    """
-    dx, dy = b[0] - a[0], b[1] - a[1]
-    ca, sa = math.cos(a[2]), math.sin(a[2])
-    cz, sz = math.cos(z[2]), math.sin(z[2])
-    along, across = ca * dx + sa * dy, -sa * dx + ca * dy
-    error[0] = cz * (along - z[0]) + sz * (across - z[1])
-    error[1] = -sz * (along - z[0]) + cz * (across - z[1])
-    turn = b[2] - a[2] - z[2]
-    error[2] = math.atan2(math.sin(turn), math.cos(turn))
-    c, s = math.cos(a[2] + z[2]), math.sin(a[2] + z[2])
-    by_j[0, 0], by_j[0, 1] = c, s
-    by_j[1, 0], by_j[1, 1] = -s, c
-    by_j[2, 2] = 1.0
-    by_i[0, 0], by_i[0, 1] = -c, -s
-    by_i[1, 0], by_i[1, 1] = s, -c
-    by_i[0, 2] = cz * across - sz * along
-    by_i[1, 2] = -sz * across - cz * along
-    by_i[2, 2] = -1.0
+    for node in range(len(held)):
+        if held[node] >= HELD:
+            gradient[node] = 0.0
 
 
 @compiled
 def _weight(error: Floats, information: Floats, robustness: tuple[float, int]) -> float:
     """Return how much a robust edge counts, at most 1; see `NormalEquations.fill`."""
-    squared = 0.0
-    for a in range(3):
-        for b in range(3):
-            squared += error[a] * information[a, b] * error[b]
+    squared = squared_error(error, information)
     weight: float = (robustness[0] / math.sqrt(max(squared, 1e-12))) ** robustness[1]
     return min(1.0, weight)
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
 import tomli_w
 
+from expedition.graph_files.g2o import edge_line, vertex_line
 from expedition.results.files import as_json, plain
 from expedition.results.record import Event, PoseGraphRecord, RunRecord
 from expedition.results.tracks import as_track, at_stamps
@@ -61,7 +61,7 @@ def g2o(graph: PoseGraphRecord) -> str:
     """
     chains = [graph.chains[robot] for robot in sorted(graph.chains)]
     lines = [
-        f"VERTEX_SE2 {i * SCAN_ID_STEP + k} {_numbers(pose)}"
+        vertex_line(i * SCAN_ID_STEP + k, pose)
         for i, chain in enumerate(chains)
         for k, pose in enumerate(chain.tolist())
     ]
@@ -71,13 +71,8 @@ def g2o(graph: PoseGraphRecord) -> str:
         places = [(i, k) for i, k in (ends[:2], ends[2:]) if i < len(chains) and k < len(chains[i])]
         if len(places) == 2:
             a, b = (i * SCAN_ID_STEP + k for i, k in places)
-            upper = information[np.triu_indices(3)]
-            lines.append(f"EDGE_SE2 {a} {b} {_numbers(measured)} {_numbers(upper)}")
+            lines.append(edge_line(a, b, measured, information))
     return "".join(line + "\n" for line in lines)
-
-
-def _numbers(values: Sequence[float] | Floats) -> str:
-    return " ".join(f"{float(value):.9g}" for value in values)
 
 
 def event_log(record: RunRecord) -> list[Event]:

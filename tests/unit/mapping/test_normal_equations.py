@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mapping.constraints import linearise
 from mapping.geometry import Floats
-from mapping.normal_equations import HELD, NormalEquations, _linearise
+from mapping.normal_equations import HELD, NormalEquations
 
 # Edges against the order of the nodes, two of one pair, and a node (3) that nothing connects.
 ENDS = np.array([[0, 1], [1, 2], [2, 0], [4, 1], [1, 4]])
@@ -26,7 +27,7 @@ def system_of(rng: np.random.Generator, robust: bool) -> NormalEquations:
 
 def linearised(a: Floats, b: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
     error, by_i, by_j = np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3))
-    _linearise(a, b, z, error, by_i, by_j)
+    linearise(a, b, z, error, by_i, by_j)
     return error, by_i, by_j
 
 
