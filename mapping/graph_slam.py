@@ -105,6 +105,7 @@ class GraphSlam:
             self.submaps.settle()
             self._search.consolidate()
             self.submaps.settle()
+            self.submaps.graph.reject(self._settings.loops.reject_above)
 
     def trajectory(self) -> Floats:
         """Return the pose at each scan taken in, (n, 3) of x, y [m], theta [rad], as known now."""

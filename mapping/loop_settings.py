@@ -37,6 +37,7 @@ class LoopSettings(BaseModel):
         settle_above: the map is put right when a loop closes with a larger squared error,
         settle_every: or after so many closed loops,
         settle_share: or this share of all closed so far, if that is more.
+        reject_above: at the end a comparison with a larger squared error is taken out of the graph.
         redraw_m: the map is drawn again when a scan has moved this far,
         redraw_deg: or turned this much.
     """
@@ -65,5 +66,6 @@ class LoopSettings(BaseModel):
     settle_above: _Positive = 12.0
     settle_every: Annotated[int, Field(ge=1)] = 12
     settle_share: _NotNegative = 0.3
+    reject_above: _Positive = 100.0
     redraw_m: _Positive = 0.08
     redraw_deg: _Positive = 0.7

@@ -123,6 +123,20 @@ class PoseGraph:
         self.poses[:, 2] = _wrapped(self.poses[:, 2])
         return float(np.hypot(moved[:, 0], moved[:, 1]).max()), float(np.abs(moved[:, 2]).max())
 
+    def reject(self, above: float) -> int:
+        """Take out the edges that may be wrong and whose squared error is larger.
+
+        In the optimum they have no say any more; but who reads the graph elsewhere does not know.
+
+        Returns:
+            How many that were.
+        """
+        kept = [edge for edge in self.edges if not edge.robust or self.error(edge)[1] <= above]
+        rejected = len(self.edges) - len(kept)
+        if rejected:
+            self.edges, self._equations = kept, None
+        return rejected
+
     def covariances(self, nodes: list[int]) -> Floats:
         """Return the covariance (n, 3, 3) of each of `nodes` against the first node, map frame."""
         if not self.edges:

@@ -211,13 +211,14 @@ class MapMerger:
 
     def settle(self) -> bool:
         """Put the map right by all that is known; return whether it was drawn again."""
-        edges = self.team.graph.edges
-        if len(edges) == self._settled:
+        graph = self.team.graph
+        if len(graph.edges) == self._settled:
             return False
         self.team.settle()
         self._loops.consolidate()
         self.team.settle()
-        self._settled = len(edges)
+        graph.reject(self.settings.loops.reject_above)
+        self._settled = len(graph.edges)
         return self._redraw()
 
     def track(self, name: str) -> Floats:

@@ -91,3 +91,16 @@ def test_covariances_turn_and_are_carried() -> None:
 def test_added_errors_leave_nothing_where_nothing_was_known() -> None:
     blurred = blurred_information(np.diag([100.0, 0.0, 1e8]), np.diag([0.01, 0.01, 0.01]))
     assert blurred == pytest.approx(np.diag([50.0, 0.0, 100.0]), rel=1e-3)
+
+
+def test_a_comparison_that_contradicts_all_the_rest_is_taken_out_and_a_way_never() -> None:
+    graph = square([0.0, 0.0, 0.0, 0.0])
+    graph.connect(Edge(0, 4, IDENTITY, 1e4 * np.eye(3), robust=True))
+    graph.connect(Edge(0, 2, Pose2(5.0, 5.0, 0.0), 1e4 * np.eye(3), robust=True))
+    graph.optimise()
+    before = graph.poses.copy()
+    assert graph.reject(100.0) == 1
+    assert len(graph.edges) == 5 and graph.reject(100.0) == 0
+    graph.optimise()
+    assert graph.poses == pytest.approx(before, abs=1e-3)
+    assert graph.reject(-1.0) == 1 and not any(edge.robust for edge in graph.edges)
