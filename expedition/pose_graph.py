@@ -33,4 +33,6 @@ def pose_graph(nodes: Sequence[Node], edges: Sequence[Edge]) -> PoseGraphRecord:
         np.array([(*place_of[e.i], *place_of[e.j]) for e in edges], dtype=np.int64).reshape(-1, 4),
         np.array([edge.T_i_j.as_tuple() for edge in edges]).reshape(-1, 3),
         np.array([edge.information for edge in edges]).reshape(-1, 3, 3),
+        {robot: np.array([nodes[k].scan.stamp for k in own]) for robot, own in scans.items()},
+        np.array([edge.robust for edge in edges], dtype=np.bool_),
     )

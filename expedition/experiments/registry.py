@@ -7,4 +7,5 @@ EXPERIMENTS: dict[str, str] = {
     "auction-hospital": "expedition.experiments.auction_hospital:run",
     "auction-overlap": "expedition.experiments.auction_overlap:run",
     "slam-logs": "expedition.experiments.slam_logs:run",
+    "slam-teams": "expedition.experiments.slam_teams:run",
 }

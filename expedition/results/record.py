@@ -70,12 +70,16 @@ class PoseGraphRecord:
         ends: (E, 4) of each edge, twice: which robot, in order of ids, and which of its scans.
         measured: (E, 3) x, y, theta of the second scan in the first one's frame.
         information: (E, 3, 3) of the errors of that, in the second one's frame; may be singular.
+        stamps: by robot, (k,) [s] when its scans were taken; empty where that is not told.
+        doubted: (E,) bool, comparisons of what was seen, which may be wrong.
     """
 
     chains: dict[str, Floats] = field(default_factory=dict)
     ends: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 4), dtype=np.int64))
     measured: Floats = field(default_factory=lambda: no_rows(3))
     information: Floats = field(default_factory=lambda: np.empty((0, 3, 3)))
+    stamps: dict[str, Floats] = field(default_factory=dict)
+    doubted: npt.NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=np.bool_))
 
 
 @dataclass
