@@ -42,13 +42,15 @@ class GraphSettings:
         node_turn: or turning this much [rad].
         submap_fit: a submap holds few scans, so the pieces of wall that its surfels stand for are
             longer [cells].
-        loops: how loops are found and the graph is put right.
+        loops: how loops are found and the graph is put right. One robot that goes round and round
+            closes them all the time: to compare and to put right less often than a team loses
+            nothing.
     """
 
     node_distance: float = 0.4
     node_turn: float = math.radians(20.0)
     submap_fit: int = 6
-    loops: LoopSettings = field(default_factory=LoopSettings)
+    loops: LoopSettings = field(default_factory=lambda: LoopSettings(compared=2, settle_above=40.0))
 
 
 class GraphSlam:
