@@ -1,0 +1,274 @@
+"""Particle filter SLAM: many guesses of the way so far, each with the map that belongs to it.
+
+Source: Grisetti, Stachniss & Burgard 2007, "Improved techniques for grid mapping with
+Rao-Blackwellized particle filters", Algorithm 1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mapping.estimator import Estimate
+from mapping.geometry import IDENTITY, Floats, Pose2, pose_from, wrap_angle
+from mapping.grid import GridGeometry, OccupancyGrid
+from mapping.incremental_slam import SlamSettings
+from mapping.particle_history import ParticleHistory
+from mapping.particle_maps import ParticleMaps
+from mapping.resampling import effective_sample_size, normalized, systematic_resample
+from mapping.scan import LaserScan
+from mapping.scan_integration import integrate_scan, scan_extent
+from mapping.scan_points import scan_points
+
+
+@dataclass(frozen=True, slots=True)
+class ParticleSettings:
+    """How the particle filter works, over and above `SlamSettings`.
+
+    Attributes:
+        count: number of particles.
+        update_distance: the particles are updated after moving this far [m].
+        update_turn: or after turning this much [rad].
+        evidence_weight: how much of an independent witness one scan is to the particles' weights;
+            scans in a row see the same walls, with the same errors.
+        resample_below: particles are drawn anew when their effective number falls below this share.
+        known_least: a match needs this share of the end points at walls.
+    """
+
+    count: int = 30
+    update_distance: float = 0.4
+    update_turn: float = math.radians(20.0)
+    evidence_weight: float = 0.05
+    resample_below: float = 0.5
+    explained_least: float = 0.25
+
+
+class ParticleFilter:
+    """Rao-Blackwellized particle filter: 30 guesses of the way, each with its own map.
+
+    Between updates the scans are matched to the map of the best particle alone.
+
+    Attributes:
+        settings: what all estimators have in common.
+        particles: what is special to this one.
+        poses: (particles, 3) where each of them has the robot since the last update, map frame.
+        weights: (particles,), sum 1.
+        best: the particle with the most evidence in all its history.
+        T_odom_base: the pose now, as the best particle has it.
+        covariance: (3, 3) of (x, y, theta), odom frame, relative to its map.
+    """
+
+    def __init__(
+        self,
+        settings: SlamSettings | None = None,
+        rng: np.random.Generator | None = None,
+        particles: ParticleSettings | None = None,
+        T_odom_base: Pose2 = IDENTITY,
+    ) -> None:
+        """Begin at a pose with an empty map.
+
+        Args:
+            settings: what all estimators have in common.
+            rng: what the particles are drawn with.
+            particles: what is special to this one.
+            T_odom_base: where the robot is.
+        """
+        self.settings = settings or SlamSettings()
+        self.particles = particles or ParticleSettings()
+        count = self.particles.count
+        self.poses: Floats = np.tile(T_odom_base.as_array(), (count, 1))
+        self.best = 0
+        self.T_odom_base = T_odom_base
+        self.covariance: Floats = np.diag([1e-6, 1e-6, 1e-8])
+        self._rng = rng or np.random.default_rng(0)
+        self._log_weights: Floats = np.zeros(count)
+        self._evidence: Floats = np.zeros(count)
+        self._maps = ParticleMaps(count, self.settings.map)
+        self._history = ParticleHistory()
+        # The way since the last update, as scans matched to the best particle's map show it, and
+        # the covariance that the wheels alone would give it, in the frame of its beginning.
+        self._T_keyframe_base = IDENTITY
+        self._wheels: Floats = np.zeros((3, 3))
+        self._keyframes: list[LaserScan] = []
+        self._between: list[tuple[Pose2, Floats]] = []
+        self._scans: list[tuple[int, float, float, float]] = []
+
+    @property
+    def weights(self) -> Floats:
+        """The weights of the particles, (particles,), sum 1."""
+        return normalized(self._log_weights)
+
+    def step(self, T_before_after: Pose2, scan: LaserScan | None) -> Estimate:
+        """Take in one odometry increment, and the scan taken at its end if there is one.
+
+        Args:
+            T_before_after: pose of the base after the motion in the base before it, as the wheels
+                tell it.
+            scan: may be None.
+        """
+        self._move(T_before_after)
+        matched = inserted = False
+        if scan is not None:
+            points = scan_points(scan)
+            if not self._keyframes:
+                self._begin(scan, points)
+                matched = inserted = True
+            else:
+                matched = self._track(points)
+                if matched and self._due():
+                    self._update(scan, points)
+                    inserted = True
+                elif matched:
+                    self._between.append((self._T_keyframe_base, points))
+            self._scans.append((len(self._keyframes) - 1, *self._T_keyframe_base.as_tuple()))
+        return Estimate(self.T_odom_base, self.covariance, matched, inserted)
+
+    def finish(self) -> None:
+        """Nothing is put right afterwards: the best particle is known all along."""
+
+    def trajectory(self) -> Floats:
+        """Return the best particle's pose at each scan, (n, 3) of x, y [m], theta [rad]."""
+        if not self._scans:
+            return np.zeros((0, 3))
+        path = self._history.path(self.best)
+        scans = np.array(self._scans)
+        return _composed(path[scans[:, 0].astype(np.int64)], scans[:, 1:])
+
+    def occupancy(self) -> OccupancyGrid:
+        """Return the map of the best particle, in the frame of `trajectory`."""
+        settings = self.settings.map
+        grid = OccupancyGrid.unknown(GridGeometry(settings.resolution, 0.0, 0.0, 1, 1))
+        depth = settings.integration.depth * settings.resolution
+        for scan, pose in zip(self._keyframes, self._history.path(self.best), strict=True):
+            grid.grow(*scan_extent(scan, pose_from(pose), depth))
+            integrate_scan(grid, scan, pose_from(pose), settings.integration)
+        return grid
+
+    def _move(self, T_before_after: Pose2) -> None:
+        """Predict: follow the wheels."""
+        motion = self.settings.motion
+        self.T_odom_base, self.covariance = motion.propagate(
+            self.T_odom_base, self.covariance, T_before_after
+        )
+        self._T_keyframe_base, self._wheels = motion.propagate(
+            self._T_keyframe_base, self._wheels, T_before_after
+        )
+
+    def _track(self, points: Floats) -> bool:
+        """Match a scan to the best particle's map; return whether it was found there."""
+        before = self.T_odom_base.as_array()
+        pose, covariance, _, explained = self._maps.match(
+            self.best, points, before, before, self.covariance
+        )
+        if explained < self.particles.explained_least * len(points):
+            return False
+        self.T_odom_base, self.covariance = pose_from(pose), covariance
+        self._T_keyframe_base = pose_from(self.poses[self.best]).inverse() @ self.T_odom_base
+        return True
+
+    def _due(self) -> bool:
+        """Whether the robot has moved or turned enough for an update."""
+        moved = self._T_keyframe_base
+        return (
+            math.hypot(moved.x, moved.y) >= self.particles.update_distance
+            or abs(moved.theta) >= self.particles.update_turn
+        )
+
+    def _begin(self, scan: LaserScan, points: Floats) -> None:
+        """Start all maps with the first scan."""
+        self.poses[:] = self.T_odom_base.as_array()
+        self._close_update(scan, np.arange(self.particles.count))
+        self._maps.insert(points, self.poses)
+
+    def _update(self, scan: LaserScan, points: Floats) -> None:
+        """Update all particles with a scan.
+
+        Source: Grisetti, Stachniss & Burgard 2007, Algorithm 1. As the weights do not depend on the
+        poses drawn, these are drawn after resampling: so copies of one particle differ.
+        """
+        predicted = _composed(self.poses, self._T_keyframe_base.as_array())
+        means, covariances, evidence = self._match(points, predicted)
+        self._weigh(evidence)
+        parents = self._resample()
+        drawn = self._draw(means[parents], covariances[parents])
+        self._insert_between(parents)
+        self.poses = drawn
+        self.T_odom_base, self.covariance = pose_from(drawn[self.best]), covariances[parents][self.best]
+        self._close_update(scan, parents)
+        self._maps.insert(points, self.poses)
+
+    def _match(self, points: Floats, predicted: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return each particle's proposal: means (n, 3), covariances (n, 3, 3), log evidence (n,).
+
+        Source: Grisetti, Stachniss & Burgard 2007, eqs. (16)-(19); sums over samples around the
+        best match are replaced by the Gaussian with the curvature there.
+        """
+        means, evidence = np.empty_like(predicted), np.empty(len(predicted))
+        covariances = np.empty((len(predicted), 3, 3))
+        for i, mean in enumerate(predicted):
+            prior = _turned(self._wheels, self.poses[i, 2])
+            means[i], covariances[i], value, _ = self._maps.match(i, points, mean, mean, prior)
+            evidence[i] = value + 0.5 * np.linalg.slogdet(covariances[i])[1]
+        return means, covariances, evidence
+
+    def _weigh(self, evidence: Floats) -> None:
+        """Multiply the weights by the evidence (n,)."""
+        gain = self.particles.evidence_weight * (evidence - evidence.max())
+        self._log_weights += gain
+        self._log_weights -= self._log_weights.max()
+        self._evidence += gain
+
+    def _resample(self) -> npt.NDArray[np.int64]:
+        """Draw the particles anew if few of them have most of the weight; return the parents."""
+        weights = self.weights
+        count = len(weights)
+        parents = np.arange(count)
+        if effective_sample_size(weights) < self.particles.resample_below * count:
+            parents = systematic_resample(weights, self._rng)
+            self._maps.inherit(parents)
+            self._evidence = self._evidence[parents]
+            self._log_weights = np.zeros(count)
+        self.best = int(self._evidence.argmax())
+        return parents
+
+    def _draw(self, means: Floats, covariances: Floats) -> Floats:
+        """Draw a pose for each particle from its proposal, (n, 3)."""
+        noise = self._rng.standard_normal(means.shape)
+        drawn = means + np.einsum("nij,nj->ni", np.linalg.cholesky(covariances), noise)
+        drawn[:, 2] = np.arctan2(np.sin(drawn[:, 2]), np.cos(drawn[:, 2]))
+        return drawn
+
+    def _insert_between(self, parents: npt.NDArray[np.int64]) -> None:
+        """Insert the scans since the last update, where the particles' parents were then."""
+        for T_keyframe_scan, points in self._between:
+            self._maps.insert(points, _composed(self.poses[parents], T_keyframe_scan.as_array()))
+        self._between.clear()
+
+    def _close_update(self, scan: LaserScan, parents: npt.NDArray[np.int64]) -> None:
+        """Remember the poses of an update, and begin the way to the next."""
+        self._history.append(self.poses, parents)
+        self._keyframes.append(scan)
+        self._T_keyframe_base = IDENTITY
+        self._wheels = np.zeros((3, 3))
+
+
+def _composed(poses: Floats, moves: Floats) -> Floats:
+    """Return poses (n, 3) after moves (n, 3) or (3,), each in the frame of its pose."""
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    after = np.empty_like(poses)
+    after[:, 0] = poses[:, 0] + c * moves[..., 0] - s * moves[..., 1]
+    after[:, 1] = poses[:, 1] + s * moves[..., 0] + c * moves[..., 1]
+    turned = poses[:, 2] + moves[..., 2]
+    after[:, 2] = np.arctan2(np.sin(turned), np.cos(turned))
+    return after
+
+
+def _turned(covariance: Floats, theta: float) -> Floats:
+    """Return a covariance (3, 3) of (x, y, theta) in the frame in which its own is turned."""
+    c, s = math.cos(theta), math.sin(theta)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    result: Floats = turn @ covariance @ turn.T
+    return result
