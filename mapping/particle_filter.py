@@ -7,7 +7,7 @@ Rao-Blackwellized particle filters", Algorithm 1.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ from mapping.geometry import IDENTITY, Floats, Pose2, pose_from, wrap_angle
 from mapping.grid import GridGeometry, OccupancyGrid
 from mapping.incremental_slam import SlamSettings
 from mapping.particle_history import ParticleHistory
-from mapping.particle_maps import ParticleMaps
+from mapping.particle_maps import ParticleMaps, WallSettings
 from mapping.resampling import effective_sample_size, normalized, systematic_resample
 from mapping.scan import LaserScan
 from mapping.scan_integration import integrate_scan, scan_extent
@@ -35,15 +35,17 @@ class ParticleSettings:
         evidence_weight: how much of an independent witness one scan is to the particles' weights;
             scans in a row see the same walls, with the same errors.
         resample_below: particles are drawn anew when their effective number falls below this share.
-        known_least: a match needs this share of the end points at walls.
+        explained_least: a match needs this share of the end points at walls.
+        walls: how their maps are kept.
     """
 
     count: int = 30
     update_distance: float = 0.4
     update_turn: float = math.radians(20.0)
-    evidence_weight: float = 0.05
+    evidence_weight: float = 0.1
     resample_below: float = 0.5
     explained_least: float = 0.25
+    walls: WallSettings = field(default_factory=WallSettings)
 
 
 class ParticleFilter:
@@ -86,7 +88,7 @@ class ParticleFilter:
         self._rng = rng or np.random.default_rng(0)
         self._log_weights: Floats = np.zeros(count)
         self._evidence: Floats = np.zeros(count)
-        self._maps = ParticleMaps(count, self.settings.map)
+        self._maps = ParticleMaps(count, self.settings.map, self.particles.walls)
         self._history = ParticleHistory()
         # The way since the last update, as scans matched to the best particle's map show it, and
         # the covariance that the wheels alone would give it, in the frame of its beginning.
@@ -181,7 +183,7 @@ class ParticleFilter:
         """Start all maps with the first scan."""
         self.poses[:] = self.T_odom_base.as_array()
         self._close_update(scan, np.arange(self.particles.count))
-        self._maps.insert(points, self.poses)
+        self._maps.insert([(points, self.poses)])
 
     def _update(self, scan: LaserScan, points: Floats) -> None:
         """Update all particles with a scan.
@@ -194,11 +196,11 @@ class ParticleFilter:
         self._weigh(evidence)
         parents = self._resample()
         drawn = self._draw(means[parents], covariances[parents])
-        self._insert_between(parents)
+        self._maps.insert([*self._placed_between(parents), (points, drawn)])
         self.poses = drawn
-        self.T_odom_base, self.covariance = pose_from(drawn[self.best]), covariances[parents][self.best]
+        self.T_odom_base = pose_from(drawn[self.best])
+        self.covariance = covariances[parents[self.best]]
         self._close_update(scan, parents)
-        self._maps.insert(points, self.poses)
 
     def _match(self, points: Floats, predicted: Floats) -> tuple[Floats, Floats, Floats]:
         """Return each particle's proposal: means (n, 3), covariances (n, 3, 3), log evidence (n,).
@@ -241,16 +243,19 @@ class ParticleFilter:
         drawn[:, 2] = np.arctan2(np.sin(drawn[:, 2]), np.cos(drawn[:, 2]))
         return drawn
 
-    def _insert_between(self, parents: npt.NDArray[np.int64]) -> None:
-        """Insert the scans since the last update, where the particles' parents were then."""
-        for T_keyframe_scan, points in self._between:
-            self._maps.insert(points, _composed(self.poses[parents], T_keyframe_scan.as_array()))
-        self._between.clear()
+    def _placed_between(self, parents: npt.NDArray[np.int64]) -> list[tuple[Floats, Floats]]:
+        """Return the scans since the last update, with the poses (n, 3) of the particles then."""
+        before = self.poses[parents]
+        return [
+            (points, _composed(before, T_keyframe_scan.as_array()))
+            for T_keyframe_scan, points in self._between
+        ]
 
     def _close_update(self, scan: LaserScan, parents: npt.NDArray[np.int64]) -> None:
         """Remember the poses of an update, and begin the way to the next."""
         self._history.append(self.poses, parents)
-        self._keyframes.append(scan)
+        self._keyframes.append(replace(scan))  # without the points found in it
+        self._between.clear()
         self._T_keyframe_base = IDENTITY
         self._wheels = np.zeros((3, 3))
 

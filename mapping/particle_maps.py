@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
 from mapping.geometry import Floats
-from mapping.grid import GridGeometry, Padding
+from mapping.grid import GridGeometry
 from mapping.match_map import MapSettings
 from mapping.newton_ascent import invert
 from mapping.shared_tiles import SIDE, SharedTiles
@@ -18,23 +22,41 @@ from mapping.wall_tiles import FIELDS, add_end_points
 CHUNK = 8
 
 
+@dataclass(frozen=True, slots=True)
+class WallSettings:
+    """How the walls of particles are kept, over and above `SurfaceSettings`.
+
+    Attributes:
+        cell: edge of a cell [m]. With the mean of its end points a cell tells where a wall is far
+            more finely than its size; coarse cells take less memory.
+        reach: walls up to this far from an end point are looked for [cells].
+        fit_radius: the line through a wall cell is fitted to the cells up to this far [cells].
+    """
+
+    cell: float = 0.1
+    reach: int = 3
+    fit_radius: int = 1
+
+
 class ParticleMaps:
     """Walls as each particle has them.
 
     Attributes:
         settings: everything that shapes a map.
+        walls: how walls are kept.
         tiles: the cells, shared between the particles.
         lattice: where the tiles are, one cell of this geometry per tile, map frame.
-        scans: number of scans inserted.
+        updates: number of updates so far.
     """
 
-    __slots__ = ("_widenings", "lattice", "scans", "settings", "tiles")
+    __slots__ = ("_widenings", "lattice", "settings", "tiles", "updates", "walls")
 
-    def __init__(self, count: int, settings: MapSettings) -> None:
+    def __init__(self, count: int, settings: MapSettings, walls: WallSettings) -> None:
         self.settings = settings
+        self.walls = walls
         self.tiles = SharedTiles(count, LAYERS, FIELDS)
-        self.lattice = GridGeometry(settings.resolution * SIDE, 0.0, 0.0, 1, 1)
-        self.scans = 0
+        self.lattice = GridGeometry(walls.cell * SIDE, 0.0, 0.0, 1, 1)
+        self.updates = 0
         self._widenings = np.array(settings.matching.widenings)
 
     def match(
@@ -72,7 +94,7 @@ class ParticleMaps:
             self._depth,
             self.tiles.tables[particle],
             self.tiles.pool,
-            (surface.reach, surface.fit_radius, surface.doubt, float(self.scans),
+            (self.walls.reach, self.walls.fit_radius, surface.doubt, float(self.updates),
              surface.line_below, surface.blob_above),
             (perception.sigma, perception.outlier, perception.beam_weight),
             self._widenings if widenings is None else widenings,
@@ -83,29 +105,25 @@ class ParticleMaps:
         )  # fmt: skip
         return pose, posterior, value, explained
 
-    def insert(self, points_base: Floats, poses: Floats) -> None:
-        """Insert a scan into the map of every particle.
+    def insert(self, scans: Iterable[tuple[Floats, Floats]]) -> None:
+        """Insert the scans of one update into the map of every particle.
 
         Args:
-            points_base: (N, 4), see `scan_points`.
-            poses: (particles, 3), where each particle has the robot, map frame.
+            scans: each (N, 4), see `scan_points`, with where each particle has the robot,
+                (particles, 3), map frame.
         """
-        if len(points_base) == 0:
-            return
-        self.scans += 1
-        reach = float(np.sqrt(np.square(points_base[:, :2]).sum(axis=1).max())) + self._depth
-        low, high = poses.min(axis=0), poses.max(axis=0)
-        self._grow(low[0] - reach, low[1] - reach, high[0] + reach, high[1] + reach)
+        self.updates += 1
         tiles = self.tiles
-        for particle, pose in enumerate(poses):
-            tiles.reserve(len(points_base))
+        for points_base, poses in scans:
+            self._grow(points_base, poses)
+            tiles.reserve(len(points_base) * len(poses))
             add_end_points(
                 points_base,
-                (pose[0], pose[1], pose[2]),
+                poses,
                 self._corner,
                 self._depth,
-                float(self.scans),
-                tiles.tables[particle],
+                self.updates,
+                tiles.tables,
                 tiles.pool,
                 tiles.references,
                 tiles.free,
@@ -118,15 +136,19 @@ class ParticleMaps:
     @property
     def _corner(self) -> tuple[float, float, float]:
         """Corner (x, y) of the lattice and edge of a cell [m], map frame."""
-        return self.lattice.origin_x, self.lattice.origin_y, self.settings.resolution
+        return self.lattice.origin_x, self.lattice.origin_y, self.walls.cell
 
     @property
     def _depth(self) -> float:
         """How far behind its surface an end point's cell lies [m]."""
-        return self.settings.integration.depth * self.settings.resolution
+        return self.settings.integration.depth * self.walls.cell
 
-    def _grow(self, x_min: float, y_min: float, x_max: float, y_max: float) -> Padding:
-        """Cover a rectangle [m], map frame; return by how many tiles the maps grew."""
+    def _grow(self, points_base: Floats, poses: Floats) -> None:
+        """Cover the end points (N, 4) of a scan at all poses (particles, 3), map frame."""
+        if len(points_base) == 0:
+            return
+        reach = math.sqrt(np.square(points_base[:, :2]).sum(axis=1).max()) + self._depth
+        x_min, y_min = poses[:, :2].min(axis=0) - reach
+        x_max, y_max = poses[:, :2].max(axis=0) + reach
         self.lattice, padding = self.lattice.grown(x_min, y_min, x_max, y_max, CHUNK)
         self.tiles.grow(padding)
-        return padding

@@ -34,7 +34,7 @@ def systematic_resample(weights: Floats, rng: np.random.Generator) -> npt.NDArra
     """Draw N particles with one random number; return whom each new one is a copy of, (N,) int64.
 
     A particle of weight w gets floor(N w) or ceil(N w) copies, N w on average. Those that survive
-    keep their places where they can: the result is sorted.
+    keep their places, their further copies take those of the others.
 
     Args:
         weights: (N,), sum 1.
@@ -44,5 +44,8 @@ def systematic_resample(weights: Floats, rng: np.random.Generator) -> npt.NDArra
     """
     count = len(weights)
     marks = (rng.random() + np.arange(count)) / count
-    steps = np.cumsum(weights)
-    return np.minimum(np.searchsorted(steps, marks, side="right"), count - 1)
+    drawn = np.minimum(np.searchsorted(np.cumsum(weights), marks, side="right"), count - 1)
+    copies = np.bincount(drawn, minlength=count)
+    parents = np.arange(count)
+    parents[copies == 0] = np.repeat(parents, np.maximum(copies - 1, 0))
+    return parents

@@ -17,6 +17,7 @@ from mapping.compiled import compiled
 from mapping.grid import Padding
 
 Ids = npt.NDArray[np.int32]
+Shorts = npt.NDArray[np.int16]
 
 SIDE_BITS = 3
 SIDE = 1 << SIDE_BITS  # cells along the edge of a tile
@@ -28,7 +29,7 @@ class SharedTiles:
 
     Attributes:
         tables: (maps, layers, rows, cols) int32, by place the tile of each map, or -1: all zero.
-        pool: (capacity, SIDE * SIDE, fields) float32, the cells of each tile row by row.
+        pool: (capacity, SIDE * SIDE, fields) int16, the cells of each tile row by row.
         references: (capacity,) int32, how many places of all tables name the tile.
         free: (capacity + 1,) int32, first their number, then the tiles that nobody names.
     """
@@ -37,7 +38,7 @@ class SharedTiles:
 
     def __init__(self, maps: int, layers: int, fields: int) -> None:
         self.tables: Ids = np.full((maps, layers, 1, 1), NO_TILE, dtype=np.int32)
-        self.pool: npt.NDArray[np.float32] = np.zeros((0, SIDE * SIDE, fields), dtype=np.float32)
+        self.pool: Shorts = np.zeros((0, SIDE * SIDE, fields), dtype=np.int16)
         self.references: Ids = np.zeros(0, dtype=np.int32)
         self.free: Ids = np.zeros(1, dtype=np.int32)
 
@@ -61,27 +62,48 @@ class SharedTiles:
         # In place: a copy would need the memory twice, at the very moment it is short.
         self.pool.resize((capacity + more, *self.pool.shape[1:]), refcheck=False)
         self.references = np.concatenate((self.references, np.zeros(more, dtype=np.int32)))
-        self._collect()
+        new = np.arange(capacity + more - 1, capacity - 1, -1, dtype=np.int32)
+        unnamed = self.free[1 : self.free[0] + 1]
+        spare = np.zeros(capacity - len(unnamed), dtype=np.int32)
+        self.free = np.concatenate(
+            (np.array([more + len(unnamed)], dtype=np.int32), new, unnamed, spare)
+        )
 
     def inherit(self, parents: npt.NDArray[np.int64]) -> None:
-        """Let map i become what map `parents[i]` is now, for each i; nothing is copied but tables.
+        """Let map i become what map `parents[i]` is, for each i; nothing is copied but tables.
 
         Args:
-            parents: (maps,) int64.
-        """
-        self.tables = self.tables[parents]
-        named = self.tables[self.tables != NO_TILE]
-        counts = np.bincount(named, minlength=len(self.references))
-        self.references[:] = counts
-        self._collect()
+            parents: (maps,) int64; a map that is inherited from must itself stay what it is.
 
-    def _collect(self) -> None:
-        """List anew the tiles that nobody names."""
-        unnamed = np.flatnonzero(self.references == 0)
-        self.free = np.zeros(len(self.references) + 1, dtype=np.int32)
-        self.free[0] = len(unnamed)
-        # The first ones go first, so that a pool that was once larger is not touched throughout.
-        self.free[1 : len(unnamed) + 1] = unnamed[::-1]
+        Raises:
+            ValueError: it does not.
+        """
+        if (parents[parents] != parents).any():
+            raise ValueError("a map that others inherit must keep its place: parents[i] is i")
+        for heir in np.flatnonzero(parents != np.arange(len(parents))):
+            _name_tiles_of(
+                self.tables[heir], self.tables[parents[heir]], self.references, self.free
+            )
+
+
+@compiled
+def _name_tiles_of(heir: Ids, parent: Ids, references: Ids, free: Ids) -> None:
+    """Make one table (layers, rows, cols) a copy of another; count who names what."""
+    layers, rows, cols = heir.shape
+    for layer in range(layers):
+        for ty in range(rows):
+            for tx in range(cols):
+                old, new = heir[layer, ty, tx], parent[layer, ty, tx]
+                if old == new:
+                    continue
+                if old >= 0:
+                    references[old] -= 1
+                    if references[old] == 0:
+                        free[0] += 1
+                        free[free[0]] = old
+                if new >= 0:
+                    references[new] += 1
+                heir[layer, ty, tx] = new
 
 
 @compiled
@@ -105,7 +127,7 @@ def own_tile(
     layer: int,
     iy: int,
     ix: int,
-    pool: npt.NDArray[np.float32],
+    pool: Shorts,
     references: Ids,
     free: Ids,
 ) -> int:
@@ -130,6 +152,6 @@ def own_tile(
         references[tile] -= 1
         pool[own] = pool[tile]
     else:
-        pool[own] = np.float32(0.0)
+        pool[own] = 0
     table[layer, ty, tx] = own
     return own

@@ -13,12 +13,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from mapping.compiled import compiled
 from mapping.geometry import Floats
 from mapping.newton_ascent import invert, settle
-from mapping.shared_tiles import Ids
+from mapping.shared_tiles import Ids, Shorts
 from mapping.wall_tiles import find_surfels
 
 
@@ -29,7 +28,7 @@ def match_tiles(
     lattice: tuple[float, float, float],
     depth: float,
     table: Ids,
-    pool: npt.NDArray[np.float32],
+    pool: Shorts,
     walls: tuple[int, int, float, float, float, float],
     perception: tuple[float, float, float],
     widenings: Floats,

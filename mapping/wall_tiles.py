@@ -1,7 +1,6 @@
 """Walls of many maps at once: what end points say of each cell, in tiles the maps share.
 
-A cell keeps the sums of the end points whose solid it is, and of the directions their surfaces
-face: what `SurfaceMap` keeps, too. But a particle's map is written to far more often than it is
+A cell keeps the sums of the end points whose solid it is, as in `SurfaceMap`. But a particle's map is written to far more often than it is
 read at any one place, so no surfels and no table of closest walls are kept up: the line through
 the cells around is fitted when an end point asks for it.
 
@@ -13,63 +12,72 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from mapping.compiled import compiled
 from mapping.geometry import Floats
-from mapping.shared_tiles import Ids, find_cell, own_tile
+from mapping.shared_tiles import Ids, Shorts, find_cell, own_tile
 from mapping.surface_map import layer_of
 from mapping.surfel_fitting import FEW_CELLS, FEW_HITS
 
-# Fields of a cell: number of end points, sums of their offsets from the cell's centre [m] and of
-# the directions their surfaces face, and the number of the scan the first one came with.
-HITS, OFFSET_X, OFFSET_Y, FACING_X, FACING_Y, FIRST = range(6)
-FIELDS = 6
+# Fields of a cell: number of end points, sums of their offsets from its centre, in such parts of its
+# edge, and at which update the first one came.
+HITS, OFFSET_X, OFFSET_Y, FIRST = range(4)
+FIELDS = 4
+PARTS = 200.0
+# All halve when a cell holds so many end points; an offset is at most one edge, so 16 bits suffice.
+MOST_HITS = 120
+LAST_UPDATE = 32767
 
 
 @compiled
 def add_end_points(
     points: Floats,
-    pose: tuple[float, float, float],
+    poses: Floats,
     lattice: tuple[float, float, float],
     depth: float,
-    now: float,
-    table: Ids,
-    pool: npt.NDArray[np.float32],
+    now: int,
+    tables: Ids,
+    pool: Shorts,
     references: Ids,
     free: Ids,
 ) -> None:
-    """Add the end points of one scan to one map.
+    """Add the end points of one scan to all maps.
 
     Args:
         points: (N, 4) end points [m] and the directions their surfaces face, base frame.
-        pose: (x, y, theta) of the base, map frame.
-        lattice: (corner x, corner y, resolution) [m], map frame.
+        poses: (maps, 3), (x, y, theta) of the base as each map has it.
+        lattice: (corner x, corner y, edge of a cell) [m], map frame.
         depth: an end point belongs to the cell this far behind its surface [m].
-        now: number of the scan.
-        table: (layers, rows, cols) int32 of the map; see `SharedTiles` for the rest.
+        now: number of the update.
+        tables: `SharedTiles.tables`, and so on. Room must have been reserved: a tile per point.
     """
-    c, s = math.cos(pose[2]), math.sin(pose[2])
-    for i in range(points.shape[0]):
-        x = pose[0] + c * points[i, 0] - s * points[i, 1]
-        y = pose[1] + s * points[i, 0] + c * points[i, 1]
-        nx = c * points[i, 2] - s * points[i, 3]
-        ny = s * points[i, 2] + c * points[i, 3]
-        iy = int(math.floor((y - depth * ny - lattice[1]) / lattice[2]))
-        ix = int(math.floor((x - depth * nx - lattice[0]) / lattice[2]))
-        layer = layer_of(nx, ny)
-        tile = own_tile(table, layer, iy, ix, pool, references, free)
-        if tile < 0:
-            continue
-        _, place = find_cell(table, layer, iy, ix)
-        cell = pool[tile, place]
-        if cell[HITS] == 0.0:
-            cell[FIRST] = now
-        cell[HITS] += 1.0
-        cell[OFFSET_X] += x - (lattice[0] + (ix + 0.5) * lattice[2])
-        cell[OFFSET_Y] += y - (lattice[1] + (iy + 0.5) * lattice[2])
-        cell[FACING_X] += nx
-        cell[FACING_Y] += ny
+    for k in range(poses.shape[0]):
+        c, s = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+        for i in range(points.shape[0]):
+            nx = c * points[i, 2] - s * points[i, 3]
+            ny = s * points[i, 2] + c * points[i, 3]
+            x = (poses[k, 0] + c * points[i, 0] - s * points[i, 1] - lattice[0]) / lattice[2]
+            y = (poses[k, 1] + s * points[i, 0] + c * points[i, 1] - lattice[1]) / lattice[2]
+            iy = int(math.floor(y - depth / lattice[2] * ny))
+            ix = int(math.floor(x - depth / lattice[2] * nx))
+            layer = layer_of(nx, ny)
+            tile = own_tile(tables[k], layer, iy, ix, pool, references, free)
+            if tile >= 0:
+                _, place = find_cell(tables[k], layer, iy, ix)
+                _add_end_point(pool[tile, place], x - ix - 0.5, y - iy - 0.5, now)
+
+
+@compiled
+def _add_end_point(cell: Shorts, x: float, y: float, now: int) -> None:
+    """Add an end point to a cell (FIELDS,), by its offset from the centre [cells]."""
+    if cell[HITS] == 0:
+        cell[FIRST] = min(now, LAST_UPDATE)
+    if cell[HITS] >= MOST_HITS:
+        for field in (HITS, OFFSET_X, OFFSET_Y):
+            cell[field] //= 2
+    cell[HITS] += 1
+    cell[OFFSET_X] += round(PARTS * x)
+    cell[OFFSET_Y] += round(PARTS * y)
 
 
 @compiled
@@ -79,7 +87,7 @@ def find_surfels(
     lattice: tuple[float, float, float],
     depth: float,
     table: Ids,
-    pool: npt.NDArray[np.float32],
+    pool: Shorts,
     reach: int,
     radius: int,
     doubt: float,
@@ -97,7 +105,7 @@ def find_surfels(
         reach: how far walls are looked for [cells].
         radius: the line is fitted to the cells up to this far [cells].
         doubt: see `SurfaceSettings.doubt`.
-        now: number of scans taken in.
+        now: number of updates so far.
         ratios: `SurfaceSettings.line_below` and `blob_above`.
         cells: (N, 3) int32, the layer and cell each point was last looked up in, -1 at first;
             changed here. What is still in the same cell keeps its surfel.
@@ -127,7 +135,7 @@ def find_surfels(
 
 @compiled
 def _closest_wall(
-    table: Ids, pool: npt.NDArray[np.float32], layer: int, iy: int, ix: int, reach: int
+    table: Ids, pool: Shorts, layer: int, iy: int, ix: int, reach: int
 ) -> tuple[bool, int, int]:
     """Return whether there is a wall cell within `reach`, and the closest one's row and column."""
     best, best_y, best_x = reach * reach + 1, 0, 0
@@ -140,7 +148,7 @@ def _closest_wall(
                 far = dy * dy + dx * dx
                 if far < best:
                     tile, place = find_cell(table, layer, iy + dy, ix + dx)
-                    if tile >= 0 and pool[tile, place, HITS] > 0.0:
+                    if tile >= 0 and pool[tile, place, HITS] > 0:
                         best, best_y, best_x = far, iy + dy, ix + dx
     return best <= reach * reach, best_y, best_x
 
@@ -148,7 +156,7 @@ def _closest_wall(
 @compiled
 def _fit_surfel(
     table: Ids,
-    pool: npt.NDArray[np.float32],
+    pool: Shorts,
     layer: int,
     cell_y: int,
     cell_x: int,
@@ -160,30 +168,24 @@ def _fit_surfel(
     surfel: Floats,
 ) -> None:
     """Fit a line to the end points around a wall cell, as `surfel_fitting` does."""
+    part = lattice[2] / PARTS
     tile, place = find_cell(table, layer, cell_y, cell_x)
     own = pool[tile, place]
-    hits = float(own[HITS])
-    facing_x, facing_y = own[FACING_X] / hits, own[FACING_Y] / hits
-    x0, y0 = own[OFFSET_X] / hits, own[OFFSET_Y] / hits
+    x0, y0 = part * own[OFFSET_X] / own[HITS], part * own[OFFSET_Y] / own[HITS]
     neighbours = 0
     n = sx = sy = sxx = sxy = syy = 0.0
     first = now
     for dy in range(-radius, radius + 1):
         for dx in range(-radius, radius + 1):
             tile, place = find_cell(table, layer, cell_y + dy, cell_x + dx)
-            if tile < 0 or pool[tile, place, HITS] == 0.0:
+            if tile < 0 or pool[tile, place, HITS] == 0:
                 continue
             cell = pool[tile, place]
-            count = float(cell[HITS])
-            # Around a corner the other wall must not bend the line: it counts less.
-            agree = (facing_x * cell[FACING_X] + facing_y * cell[FACING_Y]) / count
-            if agree <= 0.0:
-                continue
-            w = count * agree * agree
+            w = float(cell[HITS])
             neighbours += 1
             first = min(first, float(cell[FIRST]))
-            x = dx * lattice[2] + cell[OFFSET_X] / count - x0
-            y = dy * lattice[2] + cell[OFFSET_Y] / count - y0
+            x = dx * lattice[2] + part * cell[OFFSET_X] / w - x0
+            y = dy * lattice[2] + part * cell[OFFSET_Y] / w - y0
             n += w
             sx += w * x
             sy += w * y
