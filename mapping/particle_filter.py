@@ -44,6 +44,7 @@ class ParticleSettings:
     update_turn: float = math.radians(20.0)
     evidence_weight: float = 0.1
     resample_below: float = 0.5
+    spread: float = 1.0
     explained_least: float = 0.25
     walls: WallSettings = field(default_factory=WallSettings)
 
@@ -123,7 +124,7 @@ class ParticleFilter:
                 if matched and self._due():
                     self._update(scan, points)
                     inserted = True
-                elif matched:
+                elif matched and self._shows_anew():
                     self._between.append((self._T_keyframe_base, points))
             self._scans.append((len(self._keyframes) - 1, *self._T_keyframe_base.as_tuple()))
         return Estimate(self.T_odom_base, self.covariance, matched, inserted)
@@ -177,6 +178,17 @@ class ParticleFilter:
         return (
             math.hypot(moved.x, moved.y) >= self.particles.update_distance
             or abs(moved.theta) >= self.particles.update_turn
+        )
+
+    def _shows_anew(self) -> bool:
+        """Whether the robot has moved enough for a scan to sharpen the walls, see `SlamSettings`."""
+        moved = self._T_keyframe_base
+        if self._between:
+            moved = self._between[-1][0].inverse() @ moved
+        settings = self.settings
+        return (
+            math.hypot(moved.x, moved.y) >= settings.refine_distance
+            or abs(moved.theta) >= settings.refine_turn
         )
 
     def _begin(self, scan: LaserScan, points: Floats) -> None:
@@ -239,7 +251,7 @@ class ParticleFilter:
     def _draw(self, means: Floats, covariances: Floats) -> Floats:
         """Draw a pose for each particle from its proposal, (n, 3)."""
         noise = self._rng.standard_normal(means.shape)
-        drawn = means + np.einsum("nij,nj->ni", np.linalg.cholesky(covariances), noise)
+        drawn = means + np.einsum("nij,nj->ni", np.linalg.cholesky(self.particles.spread * covariances), noise)
         drawn[:, 2] = np.arctan2(np.sin(drawn[:, 2]), np.cos(drawn[:, 2]))
         return drawn
 

@@ -46,17 +46,17 @@ class ParticleMaps:
         walls: how walls are kept.
         tiles: the cells, shared between the particles.
         lattice: where the tiles are, one cell of this geometry per tile, map frame.
-        updates: number of updates so far.
+        scans: number of scans inserted.
     """
 
-    __slots__ = ("_widenings", "lattice", "settings", "tiles", "updates", "walls")
+    __slots__ = ("_widenings", "lattice", "scans", "settings", "tiles", "walls")
 
     def __init__(self, count: int, settings: MapSettings, walls: WallSettings) -> None:
         self.settings = settings
         self.walls = walls
         self.tiles = SharedTiles(count, LAYERS, FIELDS)
         self.lattice = GridGeometry(walls.cell * SIDE, 0.0, 0.0, 1, 1)
-        self.updates = 0
+        self.scans = 0
         self._widenings = np.array(settings.matching.widenings)
 
     def match(
@@ -94,7 +94,7 @@ class ParticleMaps:
             self._depth,
             self.tiles.tables[particle],
             self.tiles.pool,
-            (self.walls.reach, self.walls.fit_radius, surface.doubt, float(self.updates),
+            (self.walls.reach, self.walls.fit_radius, surface.doubt, float(self.scans),
              surface.line_below, surface.blob_above),
             (perception.sigma, perception.outlier, perception.beam_weight),
             self._widenings if widenings is None else widenings,
@@ -112,9 +112,9 @@ class ParticleMaps:
             scans: each (N, 4), see `scan_points`, with where each particle has the robot,
                 (particles, 3), map frame.
         """
-        self.updates += 1
         tiles = self.tiles
         for points_base, poses in scans:
+            self.scans += 1
             self._grow(points_base, poses)
             tiles.reserve(len(points_base) * len(poses))
             add_end_points(
@@ -122,7 +122,7 @@ class ParticleMaps:
                 poses,
                 self._corner,
                 self._depth,
-                self.updates,
+                self.scans,
                 tiles.tables,
                 tiles.pool,
                 tiles.references,

@@ -20,13 +20,13 @@ from mapping.surface_map import layer_of
 from mapping.surfel_fitting import FEW_CELLS, FEW_HITS
 
 # Fields of a cell: number of end points, sums of their offsets from its centre, in such parts of its
-# edge, and at which update the first one came.
+# edge, and with which scan the first one came.
 HITS, OFFSET_X, OFFSET_Y, FIRST = range(4)
 FIELDS = 4
 PARTS = 200.0
 # All halve when a cell holds so many end points; an offset is at most one edge, so 16 bits suffice.
 MOST_HITS = 120
-LAST_UPDATE = 32767
+LAST_SCAN = 32767
 
 
 @compiled
@@ -48,7 +48,7 @@ def add_end_points(
         poses: (maps, 3), (x, y, theta) of the base as each map has it.
         lattice: (corner x, corner y, edge of a cell) [m], map frame.
         depth: an end point belongs to the cell this far behind its surface [m].
-        now: number of the update.
+        now: number of the scan.
         tables: `SharedTiles.tables`, and so on. Room must have been reserved: a tile per point.
     """
     for k in range(poses.shape[0]):
@@ -71,7 +71,7 @@ def add_end_points(
 def _add_end_point(cell: Shorts, x: float, y: float, now: int) -> None:
     """Add an end point to a cell (FIELDS,), by its offset from the centre [cells]."""
     if cell[HITS] == 0:
-        cell[FIRST] = min(now, LAST_UPDATE)
+        cell[FIRST] = min(now, LAST_SCAN)
     if cell[HITS] >= MOST_HITS:
         for field in (HITS, OFFSET_X, OFFSET_Y):
             cell[field] //= 2
@@ -105,7 +105,7 @@ def find_surfels(
         reach: how far walls are looked for [cells].
         radius: the line is fitted to the cells up to this far [cells].
         doubt: see `SurfaceSettings.doubt`.
-        now: number of updates so far.
+        now: number of scans inserted.
         ratios: `SurfaceSettings.line_below` and `blob_above`.
         cells: (N, 3) int32, the layer and cell each point was last looked up in, -1 at first;
             changed here. What is still in the same cell keeps its surfel.
