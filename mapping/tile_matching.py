@@ -153,7 +153,6 @@ def _weigh_points(
         # Weights count by comparison: where all walls are young, they are all there is to go by.
         seen /= best
         pull /= best
-        value /= best
     return value, explained
 
 
