@@ -14,6 +14,7 @@ from expedition.team import TeamSettings, UsageError, pose_of_start
 from mapping.geometry import Pose2, wrap_angle
 from protocol.host import Host
 from robot_agent.agent import Agent
+from robot_agent.estimators import EstimatorError, find_estimator
 from server.master import Master
 from sim_world.errors import WorldError
 from sim_world.judge import Judge
@@ -105,6 +106,18 @@ def check_strategy(team: TeamSettings) -> None:
         raise UsageError(str(error)) from None
 
 
+def check_estimator(team: TeamSettings) -> None:
+    """Refuse an unknown estimator.
+
+    Raises:
+        UsageError: says which estimators there are.
+    """
+    try:
+        find_estimator(team.robot.estimator)
+    except EstimatorError as error:
+        raise UsageError(str(error)) from None
+
+
 def judge_of(team: TeamSettings, stage: Stage) -> Judge:
     """Return the judge that measures the team's map against this world."""
     solid, geometry = stage.world.scene.free_truth()
@@ -152,5 +165,15 @@ def server_host(team: TeamSettings) -> Host:
 
 
 def agent_host(team: TeamSettings, name: str) -> Host:
-    """Return the host of one robot's core."""
-    return Host(name, lambda incarnation: Agent(name, team.robot, incarnation))
+    """Return the host of one robot's core.
+
+    Raises:
+        UsageError: the robot's estimator is unknown.
+    """
+    check_estimator(team)
+
+    def build(incarnation: int) -> Agent:
+        rng = generator(team.mission.seed, f"{name}.{incarnation}")
+        return Agent(name, team.robot, incarnation, rng)
+
+    return Host(name, build)

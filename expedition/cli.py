@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from expedition.commands import mission, operator, processes, study
+from expedition.commands import mission, operator, processes, slam, study
 from expedition.errors import NoServerError, StartError
 from expedition.memory import collect_seldom, keep_freed_memory
 from expedition.team import UsageError
@@ -17,10 +17,11 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Sends a team of robots into a building nobody has a map of, and brings back one map.",
 )
-_MISSION, _BY_HAND, _OPERATOR, _STUDY = (
+_MISSION, _BY_HAND, _OPERATOR, _LOGS, _STUDY = (
     "Missions",
     "One process of a team each, launched by hand",
     "An operator's word to a running server",
+    "Recorded logs",
     "What there is, and what it is worth",
 )
 # `visit robot1 -3,2`: a place may begin with a minus and is no option for that.
@@ -34,6 +35,7 @@ app.command(rich_help_panel=_OPERATOR, context_settings=_ANY_NUMBER)(operator.vi
 app.command(rich_help_panel=_OPERATOR)(operator.pause)
 app.command(rich_help_panel=_OPERATOR)(operator.resume)
 app.command(rich_help_panel=_OPERATOR)(operator.drive)
+app.command(rich_help_panel=_LOGS)(slam.slam)
 app.command("list", rich_help_panel=_STUDY)(study.list_everything)
 app.command(rich_help_panel=_STUDY)(study.experiment)
 

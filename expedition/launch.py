@@ -63,6 +63,7 @@ def prepare(team: TeamSettings) -> cast.Stage:
         UsageError: the settings cannot be used.
     """
     cast.check_strategy(team)
+    cast.check_estimator(team)
     return cast.set_stage(team)
 
 

@@ -13,6 +13,7 @@ from typing import Protocol
 
 from mapping.geometry import Floats, Pose2
 from mapping.grid import OccupancyGrid
+from mapping.pose_graph import PoseGraph
 from mapping.scan import LaserScan
 
 
@@ -66,6 +67,10 @@ class Estimator(Protocol):
 
         In the order of the steps, in one frame, which is the odom frame up to what was put right.
         """
+        ...
+
+    def pose_graph(self) -> PoseGraph | None:
+        """Return the graph whose optimum the trajectory is; None where there is none."""
         ...
 
     def occupancy(self) -> OccupancyGrid:

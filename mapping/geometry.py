@@ -62,6 +62,11 @@ class Pose2:
         """Return the distance [m] between the two origins."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
+    def moved(self, other: Pose2, distance: float, turn: float) -> bool:
+        """Whether `other` is at least a distance [m], or a turn [rad], away from this pose."""
+        turned = abs(wrap_angle(other.theta - self.theta))
+        return self.distance_to(other) >= distance or turned >= turn
+
     def as_tuple(self) -> tuple[float, float, float]:
         """Return (x, y, theta) [m, m, rad]."""
         return self.x, self.y, self.theta

@@ -19,6 +19,12 @@ from mapping.motion_model import MotionModel
 from mapping.scan import LaserScan
 from mapping.scan_matching import MatchResult
 
+# A motion that is told at once and is larger may be old news [m], [rad].
+_LEAP, _LEAP_TURN = 0.1, math.radians(5.0)
+# Squared distance from what the wheels say beyond which a poor match is not believed (in three
+# dimensions, one in ten thousand is farther away).
+_GATE = 21.0
+
 
 @dataclass(frozen=True, slots=True)
 class SlamSettings:
@@ -34,7 +40,9 @@ class SlamSettings:
         search_sigma: search a window where the pose's standard deviation exceeds this [m].
         search_turn_sigma: or that of the heading exceeds this [rad].
         window_sigmas: size of that window in standard deviations.
-        fit_least: share of known end points that must be explained for a match to count.
+        fit_least: with a smaller share of known end points explained, the pose is searched for in
+            the wide window.
+        fit_poor: where that finds nothing either, the first match counts down to this share.
         known_least: fewer known end points say nothing, for or against.
         wide: window of the search after a bad match.
         wide_covariance_scale: the prior's covariance is widened by this factor then.
@@ -50,6 +58,7 @@ class SlamSettings:
     search_turn_sigma: float = math.radians(3.0)
     window_sigmas: float = 3.0
     fit_least: float = 0.5
+    fit_poor: float = 0.25
     known_least: int = 12
     wide: SearchWindow = field(default_factory=SearchWindow)
     wide_covariance_scale: float = 9.0
@@ -104,6 +113,9 @@ class IncrementalSlam:
         """Return the pose at each scan taken in, (n, 3) of x, y [m], theta [rad], odom frame."""
         return np.array(self._poses, dtype=np.float64).reshape(-1, 3)
 
+    def pose_graph(self) -> None:
+        """Return None: there is no graph."""
+
     def occupancy(self) -> OccupancyGrid:
         """Return the robot's own occupancy grid, odom frame."""
         return self.map.grid
@@ -114,30 +126,66 @@ class IncrementalSlam:
         if self._T_odom_keyframe is None:
             self._insert(scan, cautious=False)
             return True, True
-        result = self.map.match(scan, self.T_odom_base, self.covariance, self._window())
-        if self._contradicts(result):
-            result = self._search_wide(scan)
-            if self._contradicts(result):
-                return False, False
+        result = self._locate(scan)
+        if result is None:
+            return False, False
         self.T_odom_base, self.covariance = result.T_map_base, result.covariance
         matched = result.known >= settings.known_least
-        if not self._due(self._T_odom_keyframe, settings.keyframe_distance, settings.keyframe_turn):
+        distance, turn = settings.keyframe_distance, settings.keyframe_turn
+        if not self._T_odom_keyframe.moved(self.T_odom_base, distance, turn):
             self._refine(scan)
             return matched, False
         self._insert(scan, cautious=self._uncertain())
         return matched, True
 
-    def _search_wide(self, scan: LaserScan) -> MatchResult:
-        """Match again in the wide window, with a prior that allows for a mishap."""
+    def _locate(self, scan: LaserScan) -> MatchResult | None:
+        """Return where a scan was taken; None if it contradicts the map wherever it is tried."""
+        settings = self.settings
+        near = self.map.match(scan, self.T_odom_base, self.covariance, self._window())
+        if not self._contradicts(near, settings.fit_least):
+            return near
+        for T_odom_guess in self._mishaps():
+            far = self._search_wide(scan, T_odom_guess)
+            if self._far_better(far, near):
+                return far
+        # Things were moved, or the map is bent: even so it knows more than the wheels, if both say
+        # much the same.
+        if self._contradicts(near, settings.fit_poor) or self._unlikely(near):
+            return None
+        return near
+
+    def _mishaps(self) -> list[Pose2]:
+        """Return where the robot may be after a mishap: near its guess, or near where it was.
+
+        Wheels slip, and their word may come late, all at once.
+        """
+        T_odom_last = Pose2(*self._poses[-1])
+        moved = T_odom_last.moved(self.T_odom_base, _LEAP, _LEAP_TURN)
+        return [self.T_odom_base, T_odom_last] if moved else [self.T_odom_base]
+
+    def _search_wide(self, scan: LaserScan, T_odom_guess: Pose2) -> MatchResult:
+        """Match in the wide window around a pose, with a prior that allows for a mishap."""
         settings = self.settings
         covariance = settings.wide_covariance_scale * self.covariance
         covariance = covariance + np.diag([0.2**2, 0.2**2, math.radians(5.0) ** 2])
-        return self.map.match(scan, self.T_odom_base, covariance, settings.wide)
+        return self.map.match(scan, T_odom_guess, covariance, settings.wide)
 
-    def _contradicts(self, result: MatchResult) -> bool:
+    def _far_better(self, far: MatchResult, near: MatchResult) -> bool:
+        """Whether a match from far away explains half of what the one nearby does not, or more.
+
+        Within a metre there is nearly always a place that looks a little more alike.
+        """
+        return far.known >= self.settings.known_least and far.fit >= 0.5 * (1.0 + near.fit)
+
+    def _unlikely(self, result: MatchResult) -> bool:
+        """Whether a match is farther from where the wheels put the robot than they may err."""
+        off = result.T_map_base.as_array() - self.T_odom_base.as_array()
+        off[2] = wrap_angle(off[2])
+        return float(off @ np.linalg.solve(self.covariance, off)) > _GATE
+
+    def _contradicts(self, result: MatchResult, fit_least: float) -> bool:
         """Whether enough end points fall where the map is known, and too few of them at walls."""
-        settings = self.settings
-        return result.known >= settings.known_least and result.fit < settings.fit_least
+        return result.known >= self.settings.known_least and result.fit < fit_least
 
     def _sigmas(self) -> tuple[float, float]:
         """Return the largest standard deviation in position [m] and that of the heading [rad]."""
@@ -160,11 +208,6 @@ class IncrementalSlam:
         n = self.settings.window_sigmas
         return SearchWindow(n * sigma, n * turn_sigma, self.settings.wide.turn_step)
 
-    def _due(self, T_odom_last: Pose2, distance: float, turn: float) -> bool:
-        """Whether the robot has moved [m] or turned [rad] enough since a pose."""
-        turned = abs(wrap_angle(self.T_odom_base.theta - T_odom_last.theta))
-        return self.T_odom_base.distance_to(T_odom_last) >= distance or turned >= turn
-
     def _insert(self, scan: LaserScan, cautious: bool) -> None:
         """Insert the scan at the pose believed now."""
         self.map.insert(scan, self.T_odom_base, cautious)
@@ -177,6 +220,7 @@ class IncrementalSlam:
         that follows is matched with it; over several poses in a row such errors average out.
         """
         settings = self.settings
-        if self._due(self._T_odom_refined, settings.refine_distance, settings.refine_turn):
+        distance, turn = settings.refine_distance, settings.refine_turn
+        if self._T_odom_refined.moved(self.T_odom_base, distance, turn):
             self.map.refine(scan, self.T_odom_base)
             self._T_odom_refined = self.T_odom_base

@@ -55,6 +55,19 @@ class LaserScan:
             points_laser if self.T_base_laser is IDENTITY else self.T_base_laser.apply(points_laser)
         )
 
+    def within(self, reach: float) -> LaserScan:
+        """Return the scan as a laser would have made it that sees no farther than `reach` [m]."""
+        if reach >= self.range_max:
+            return self
+        return LaserScan(
+            self.ranges,
+            self.bearing_start,
+            self.bearing_step,
+            reach,
+            self.stamp,
+            self.T_base_laser,
+        )
+
     def without(self, masked: npt.NDArray[np.bool_]) -> LaserScan:
         """Return the scan with the beams in `masked` (beams,) set to be ignored."""
         if not masked.any():

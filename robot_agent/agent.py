@@ -43,12 +43,20 @@ class Agent:
         name: the robot's name.
         settings: of all its parts.
         incarnation: which life of this robot's software this is.
+        rng: for estimators that draw lots.
     """
 
-    def __init__(self, name: str, settings: RobotSettings, incarnation: int = 0) -> None:
+    def __init__(
+        self,
+        name: str,
+        settings: RobotSettings,
+        incarnation: int = 0,
+        rng: np.random.Generator | None = None,
+    ) -> None:
         self.name = name
         self.settings = settings
         self._incarnation = incarnation
+        self._rng = rng or np.random.default_rng(0)
         self._teammates = Teammates(name)
         self._joined: Joined | None = None
         self._welcome = False
@@ -132,7 +140,7 @@ class Agent:
         explorer = Explorer(body, settings.explorer, planning_map)
         self._follower = MapFollower(planning_map, settings.hello_period_s, self._dropped)
         self._body_parts = (
-            LocalMapping(body, settings.mapping),
+            LocalMapping(body, settings.mapping, settings.estimator, self._rng),
             planning_map,
             explorer,
             TaskWork(Navigator(body, settings.navigation, self.name), body, settings.task),

@@ -11,6 +11,7 @@ from mapping.estimator import Estimator
 from mapping.incremental_slam import SlamSettings
 
 ESTIMATORS: dict[str, str] = {
+    "graph": "mapping.graph_slam:GraphSlam",
     "scan_matching": "mapping.incremental_slam:IncrementalSlam",
 }
 
@@ -19,8 +20,8 @@ class EstimatorError(Exception):
     """An estimator that cannot be found."""
 
 
-def make_estimator(name: str, settings: SlamSettings, rng: np.random.Generator) -> Estimator:
-    """Return a new estimator by its name in `ESTIMATORS` or by an import string "module:Class".
+def find_estimator(name: str) -> type:
+    """Return the class of an estimator by its name in `ESTIMATORS` or "module:Class".
 
     Raises:
         EstimatorError: there is no such estimator.
@@ -30,7 +31,20 @@ def make_estimator(name: str, settings: SlamSettings, rng: np.random.Generator) 
         known = ", ".join(ESTIMATORS)
         raise EstimatorError(f"no estimator '{name}': choose one of {known}, or give module:Class")
     try:
-        kind = getattr(importlib.import_module(module_name), class_name)
+        return cast(type, getattr(importlib.import_module(module_name), class_name))
     except (ImportError, AttributeError, ValueError) as error:
         raise EstimatorError(f"cannot load estimator '{name}': {error}") from error
-    return cast(Estimator, kind(settings, rng))
+
+
+def make_estimator(name: str, settings: SlamSettings, rng: np.random.Generator) -> Estimator:
+    """Return a new estimator, see `find_estimator`.
+
+    Args:
+        name: which one.
+        settings: all that estimators have in common.
+        rng: for those that draw lots.
+
+    Raises:
+        EstimatorError: there is no such estimator.
+    """
+    return cast(Estimator, find_estimator(name)(settings, rng))

@@ -7,14 +7,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mapping.geometry import IDENTITY, Floats, Pose2, wrap_angle
-from mapping.incremental_slam import IncrementalSlam, SlamSettings
+from mapping.geometry import IDENTITY, Floats, Pose2
+from mapping.incremental_slam import SlamSettings
 from mapping.match_map import MapSettings
 from mapping.motion_model import MotionModel
 from mapping.scan import LaserScan
 from protocol.body import Body
 from protocol.fields import NO_POINTS
 from protocol.messages import ScanReport
+from robot_agent.estimators import make_estimator
 from robot_agent.settings import LocalMapSettings
 
 
@@ -28,7 +29,20 @@ class LocalMapping:
         matched: whether the last scan agreed with the map.
     """
 
-    def __init__(self, body: Body, settings: LocalMapSettings) -> None:
+    def __init__(
+        self, body: Body, settings: LocalMapSettings, estimator: str, rng: np.random.Generator
+    ) -> None:
+        """Begin at the origin of the robot's own map.
+
+        Args:
+            body: its lidar and its wheels.
+            settings: what to report.
+            estimator: by whose word, see `robot_agent.estimators`.
+            rng: for estimators that draw lots.
+
+        Raises:
+            EstimatorError: there is no such estimator.
+        """
         self._settings = settings
         self._lidar = body.lidar
         drive = body.drive
@@ -38,9 +52,8 @@ class LocalMapping:
             drift_sigma=max(math.radians(drive.noise_heading_deg_m), 0.002),
             rotation_sigma=max(drive.noise_turn, 0.005),
         )
-        self._slam = IncrementalSlam(
-            SlamSettings(map=MapSettings(resolution=settings.resolution_m), motion=motion)
-        )
+        slam = SlamSettings(map=MapSettings(resolution=settings.resolution_m), motion=motion)
+        self._slam = make_estimator(estimator, slam, rng)
         self.T_odom_base = IDENTITY
         self.scan: LaserScan | None = None
         self.scans = 0
@@ -92,14 +105,9 @@ class LocalMapping:
             early = aligned and self._since_report >= self._settings.news_every
             if not early or self.scan is None or news(self.scan) < self._settings.news_m2:
                 return False
-        moved = self.T_odom_base.distance_to(last)
-        turned = abs(wrap_angle(self.T_odom_base.theta - last.theta))
         settings = self._settings
-        return (
-            not aligned
-            or moved >= settings.report_moved_m
-            or turned >= math.radians(settings.report_turned_deg)
-        )
+        turn = math.radians(settings.report_turned_deg)
+        return not aligned or last.moved(self.T_odom_base, settings.report_moved_m, turn)
 
     @property
     def has_news(self) -> bool:

@@ -7,10 +7,10 @@ import numpy as np
 from coordination.task import Point
 from mapping.geometry import Floats
 from mapping.grid import CLEAR, classify
+from mapping.seams import Seam
 from protocol.effects import Effect, Note
 from server.map_merger import MapMerger
 from server.roster import Roster
-from server.seams import Seam
 from server.settings import MapSettings
 from server.task_executive import TaskExecutive
 from server.waiting_ground import pose_of

@@ -13,33 +13,24 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from mapping.comparing import firm_match
 from mapping.correlative_search import SearchWindow
 from mapping.geometry import Floats, Pose2
 from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
+from mapping.loop_search import LoopSearch
 from mapping.match_map import MapSettings, MatchMap
 from mapping.motion_model import MotionModel
 from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan_integration import IntegrationSettings
 from mapping.scan_matching import MatchResult
+from mapping.submap_graph import SubmapGraph
 from mapping.surface_map import SurfaceSettings
-from server.comparing import firm_match
+from mapping.trail import Trail
+from mapping.way import Report, Way, corrected_track, way_between
 from server.limits import holds
-from server.loop_search import LoopSearch
 from server.mutual_sightings import MutualSightings
-from server.placing import (
-    TOO_FAR,
-    Member,
-    Node,
-    Placement,
-    Report,
-    Way,
-    corrected_track,
-    node_tracks,
-    way_between,
-)
+from server.placing import TOO_FAR, Member, Node, Placement, node_tracks
 from server.settings import MergerSettings
-from server.team_graph import TeamGraph
-from server.trail import Trail
 from server.tying import aligns, contradicts, guesses, match_held, search_window
 
 __all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
@@ -71,7 +62,7 @@ class MapMerger:
             )
         )
         submap = replace(self.map.settings, surface=SurfaceSettings(fit_radius=_SUBMAP_FIT))
-        self.team = TeamGraph(settings.loops, submap)
+        self.team = SubmapGraph(settings.loops, submap)
         self._loops = LoopSearch(self.team)
         self.sightings = MutualSightings()
         self.members: dict[str, Member] = {}

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from mapping.loop_settings import LoopSettings
 from protocol.fields import NotNegative, Positive
 from protocol.map_cells import LARGEST_CELLS
 from server.executive_settings import ExecutiveSettings
@@ -13,61 +14,6 @@ from server.executive_settings import ExecutiveSettings
 
 class _Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class LoopSettings(_Settings):
-    """How pieces of the map are tied to each other, see `team_graph`.
-
-    Attributes:
-        submap_m: a submap reaches this far from its anchor,
-        submap_scans: holds this many scans,
-        submap_sigma_m: and ends when the way since its anchor is less sure than this,
-        submap_sigma_deg: or this.
-        spans_m: of pieces of way this long a robot's own map is believed as a whole, see `trail`.
-        enough: a submap is not kept when there are so many others whose anchors lie within
-        enough_within_m: of its own.
-        points: a scan must have this many end points at a submap's walls,
-        fit_least: and this share of those that fall where the submap is known.
-        fit_at_once: with a smaller share it is looked for in the whole window.
-        compared: with so many submaps a scan is compared, those it overlaps most.
-        again_m: and with each of them again after moving this far.
-        again_most: at the end so many scans are compared with all submaps around them,
-        firm: but for those to which so many comparisons tie theirs already.
-        search_from_m: a smaller window is not worth a search.
-        window_m: largest window,
-        window_deg: and turn.
-        gate: squared distance from what is expected, in standard deviations, beyond which a match
-            is not believed (three dimensions).
-        settle_above: the map is put right when a loop closes with a larger squared error,
-        settle_every: or after so many closed loops,
-        settle_share: or this share of all closed so far, if that is more.
-        redraw_m: the map is drawn again when a scan has moved this far,
-        redraw_deg: or turned this much.
-    """
-
-    submap_m: Positive = 5.0
-    submap_scans: Annotated[int, Field(ge=2)] = 30
-    submap_sigma_m: Positive = 0.06
-    submap_sigma_deg: Positive = 1.0
-    spans_m: tuple[Positive, ...] = (4.0, 16.0)
-    enough: Annotated[int, Field(ge=1)] = 4
-    enough_within_m: NotNegative = 2.0
-    points: Annotated[int, Field(ge=3)] = 12
-    fit_least: float = 0.75
-    fit_at_once: float = 0.8
-    compared: Annotated[int, Field(ge=0)] = 3
-    again_m: Positive = 0.5
-    again_most: Annotated[int, Field(ge=1)] = 100
-    firm: Annotated[int, Field(ge=1)] = 4
-    search_from_m: Positive = 0.1
-    window_m: Positive = 2.0
-    window_deg: Positive = 20.0
-    gate: Positive = 16.0
-    settle_above: Positive = 12.0
-    settle_every: Annotated[int, Field(ge=1)] = 12
-    settle_share: NotNegative = 0.3
-    redraw_m: Positive = 0.08
-    redraw_deg: Positive = 0.7
 
 
 class MergerSettings(_Settings):

@@ -14,8 +14,9 @@ from mapping.match_map import MatchMap
 from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan_matching import MatchResult, match
 from mapping.scan_points import scan_points, turned_points
+from mapping.way import Report
 from server.mutual_sightings import MutualSightings, Relation
-from server.placing import Member, Report
+from server.placing import Member
 from server.settings import MergerSettings
 
 _HELD_TOGETHER = 6  # reports that are matched together

@@ -39,6 +39,9 @@ def experiment(
         Path | None,
         typer.Option(help="folder for table and plot", show_default="runs/experiment-NAME"),
     ] = None,
+    data: Annotated[
+        Path | None, typer.Option(help="folder of recorded logs, for experiments that need some")
+    ] = None,
     as_json: JsonOption = False,
 ) -> int:
     """Reproduce a table or figure of a paper, or a comparison of our own."""
@@ -55,7 +58,7 @@ def experiment(
         ) from None
     folder = out or Path("runs") / f"experiment-{name.replace(':', '-')}"
     folder.mkdir(parents=True, exist_ok=True)
-    result = run(ExperimentOptions(quick, workers, seeds, folder))
+    result = run(ExperimentOptions(quick, workers, seeds, folder, data))
     write_tables(result, folder)
     if as_json:
         print_json(dataclasses.asdict(result))

@@ -24,12 +24,14 @@ class ExperimentOptions:
         workers: processes to use.
         seeds: runs per setting; None leaves it to the experiment.
         out: folder for tables and plots; made when missing.
+        data: folder of recorded logs, for experiments that need some.
     """
 
     quick: bool
     workers: int
     seeds: int | None
     out: Path
+    data: Path | None = None
 
 
 @dataclass(frozen=True)

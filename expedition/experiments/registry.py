@@ -6,4 +6,5 @@ EXPERIMENTS: dict[str, str] = {
     "auction-environments": "expedition.experiments.auction_environments:run",
     "auction-hospital": "expedition.experiments.auction_hospital:run",
     "auction-overlap": "expedition.experiments.auction_overlap:run",
+    "slam-logs": "expedition.experiments.slam_logs:run",
 }

@@ -17,6 +17,10 @@ SETTINGS = LocalMapSettings(resolution_m=0.1, report_every=3, news_every=2)
 STEP = Pose2(0.06, 0.0, 0.05)
 
 
+def local_mapping(body: Body) -> LocalMapping:
+    return LocalMapping(body, SETTINGS, "scan_matching", np.random.default_rng(0))
+
+
 def no_news(_: LaserScan) -> float:
     return 0.0
 
@@ -27,7 +31,7 @@ def news(_: LaserScan) -> float:
 
 def mapping_after(scans: int, step: Pose2 = STEP) -> tuple[LocalMapping, Pose2]:
     """A robot that has driven and looked so many times; also where it truly is."""
-    mapping = LocalMapping(Body(drive=Drive(noise_distance=0.0)), SETTINGS)
+    mapping = local_mapping(Body(drive=Drive(noise_distance=0.0)))
     T_world_base = IDENTITY
     for k in range(scans):
         mapping.take(scan_in(ROOM, T_world_base, 0.2 * k), T_world_base)
@@ -44,7 +48,7 @@ def test_scans_and_wheels_together_give_the_pose() -> None:
 
 
 def test_wheels_that_begin_anywhere_begin_at_the_origin_of_the_own_map() -> None:
-    mapping = LocalMapping(Body(), SETTINGS)
+    mapping = local_mapping(Body())
     mapping.move(Pose2(5.0, 5.0, 1.0))
     assert mapping.T_odom_base.distance_to(IDENTITY) < 1e-9
     mapping.move(Pose2(5.0, 5.0, 1.0) @ Pose2(0.2, 0.0, 0.0))
@@ -62,7 +66,7 @@ def test_a_report_holds_the_scan_and_the_way_since_the_last() -> None:
 
 
 def test_a_report_is_due_with_the_first_scan_and_then_every_so_many() -> None:
-    mapping = LocalMapping(Body(), SETTINGS)
+    mapping = local_mapping(Body())
     assert not mapping.report_due(True, no_news)
     mapping, T_world_base = mapping_after(1)
     assert mapping.report_due(True, no_news)

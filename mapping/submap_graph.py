@@ -2,7 +2,7 @@
 
 Three things are known of where a scan was taken: the robot's own word on its way since its last
 one, how it fits the submap the robot is just drawing, and how it fits older submaps and those of
-others. The first two hold a robot's way together; the last close loops (`server.loop_search`).
+others. The first two hold a robot's way together; the last close loops (`mapping.loop_search`).
 Where a loop closes with an error, the way that knew least of itself bends most.
 
 Source: Hess et al. 2016 for comparing scans with submaps; Olson 2009 for the search.
@@ -17,7 +17,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mapping.comparing import (
+    FLOOR,
+    Match,
+    firm_match,
+    fits,
+    widest_sigma,
+)
 from mapping.geometry import IDENTITY, Floats, Pose2
+from mapping.loop_settings import LoopSettings
 from mapping.match_map import MapSettings
 from mapping.pose_graph import (
     Edge,
@@ -28,18 +36,10 @@ from mapping.pose_graph import (
     turned_covariance,
 )
 from mapping.scan import LaserScan
-from server.comparing import (
-    FLOOR,
-    Match,
-    firm_match,
-    fits,
-    widest_sigma,
-)
-from server.placing import Way
-from server.seams import Piece, Seam, loose_seams
-from server.settings import LoopSettings
-from server.submaps import Submap
-from server.trail import Span
+from mapping.seams import Piece, Seam, loose_seams
+from mapping.submap import Submap
+from mapping.trail import Span
+from mapping.way import Way
 
 # A robot is tied when little was seen of anything; loops tell better soon [m], [rad].
 _TIE = np.diag([0.05**2, 0.05**2, math.radians(1.0) ** 2])
@@ -72,7 +72,7 @@ class Chain:
     compared: dict[int, Pose2]
 
 
-class TeamGraph:
+class SubmapGraph:
     """The pose graph of a team, and its submaps.
 
     Attributes:
@@ -103,7 +103,7 @@ class TeamGraph:
         """Add the first node of a robot's way, known to `covariance` (3, 3), map frame."""
         node = self._add(scan, T_map_base)
         submap = self._new_submap(robot, node, covariance, np.zeros((3, 3)))
-        submap.insert(scan)
+        submap.insert(self._near(scan))
         self.chains[robot] = Chain(node, covariance, submap, IDENTITY, submap.driven, node, {})
         return node
 
@@ -175,14 +175,18 @@ class TeamGraph:
             chain.submap = self._new_submap(
                 submap.robot, chain.node, chain.covariance, chain.driven
             )
-            chain.submap.insert(scan)
+            chain.submap.insert(self._near(scan))
             chain.T_anchor_base = IDENTITY
             chain.compared[submap.anchor] = T_map_base
             self._finish(submap)
             return
-        submap.insert(scan, guess)
+        submap.insert(self._near(scan), guess)
         self._drawn_in[chain.node] = submap.anchor
         chain.T_anchor_base = guess
+
+    def _near(self, scan: LaserScan) -> LaserScan:
+        """Return a scan with what is near enough to be drawn in submaps."""
+        return scan.within(self.settings.submap_range_m)
 
     def _finish(self, submap: Submap) -> None:
         """Keep a submap that has ended, unless its place is known well from enough others.

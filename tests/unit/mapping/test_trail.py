@@ -9,8 +9,8 @@ import pytest
 
 from mapping.geometry import Floats, Pose2
 from mapping.scan import LaserScan
-from server.placing import Report, Way
-from server.trail import Span, Trail, _blind_part
+from mapping.trail import Span, Trail, _blind_part
+from mapping.way import Report, Way
 
 SCAN = LaserScan(np.ones(1, dtype=np.float32), 0.0, 0.1, 5.0, 0.0)
 SURE = np.diag([1e-4, 1e-4, 1e-5])

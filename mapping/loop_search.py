@@ -7,19 +7,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from mapping.geometry import Floats, Pose2, wrap_angle
+from mapping.comparing import FLOOR, Match, compare, window_of
+from mapping.geometry import Floats, Pose2
 from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan import LaserScan
-from server.comparing import FLOOR, Match, compare, window_of
-from server.placing import Way
-from server.submaps import Submap
-from server.team_graph import Chain, TeamGraph
+from mapping.submap import Submap
+from mapping.submap_graph import Chain, SubmapGraph
+from mapping.way import Way
+
+# A robot that has turned this much sees enough that is new for another comparison [rad].
+_AGAIN_TURN = 0.6
 
 
 class LoopSearch:
     """Compares scans with the submaps of a team."""
 
-    def __init__(self, team: TeamGraph) -> None:
+    def __init__(self, team: SubmapGraph) -> None:
         """Look for loops in this graph."""
         self._team = team
         self._settings = team.settings
@@ -45,7 +48,9 @@ class LoopSearch:
         candidates = []
         for submap in self._in_sight(points_base, T_map_base):
             last = chain.compared.get(submap.anchor)
-            if submap is chain.submap or (last and not self._moved(last, T_map_base)):
+            if submap is chain.submap or (
+                last and not last.moved(T_map_base, settings.again_m, _AGAIN_TURN)
+            ):
                 continue
             guess = self._team.graph.pose(submap.anchor).inverse() @ T_map_base
             seen = submap.walls.near(guess.apply(points_base), reach)
@@ -101,13 +106,6 @@ class LoopSearch:
                 match = compare(submap.map, scan, guess, prior, settings)
                 if match is not None:
                     self._team.connect(submap, node, match)
-
-    def _moved(self, last: Pose2, now: Pose2) -> bool:
-        """Whether a robot sees enough that is new for another comparison."""
-        return (
-            last.distance_to(now) >= self._settings.again_m
-            or abs(wrap_angle(last.theta - now.theta)) >= 0.6
-        )
 
     def _apart(
         self, chain: Chain, submap: Submap, T_map_base: Pose2, own: Floats, driven: Floats

@@ -18,7 +18,7 @@ import numpy as np
 
 from mapping.geometry import Floats, Pose2
 from mapping.pose_graph import carried_covariance, turned_covariance
-from server.placing import Report, Way
+from mapping.way import Report, Way
 
 # One scan's pose scatters by this around a robot's own map [m], [rad].
 _SCATTER = np.diag([0.007**2, 0.007**2, math.radians(0.14) ** 2])

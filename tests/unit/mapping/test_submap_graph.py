@@ -8,15 +8,15 @@ import math
 import numpy as np
 import pytest
 
+from mapping.comparing import compare, window_of
 from mapping.geometry import IDENTITY, Pose2
+from mapping.loop_search import LoopSearch
+from mapping.loop_settings import LoopSettings
 from mapping.match_map import MapSettings
 from mapping.scan import LaserScan
-from server.comparing import compare, window_of
-from server.loop_search import LoopSearch
-from server.placing import Way
-from server.settings import LoopSettings
-from server.submaps import Submap
-from server.team_graph import TeamGraph
+from mapping.submap import Submap
+from mapping.submap_graph import SubmapGraph
+from mapping.way import Way
 from tests.unit.rooms import RANGE_MAX, room, scan_in
 
 ROOM = room()
@@ -26,9 +26,9 @@ TIGHT = np.diag([1e-5, 1e-5, 1e-6])
 BLIND = LaserScan(np.full(60, RANGE_MAX, np.float32), -math.pi, 0.1, RANGE_MAX, 0.0)
 
 
-def team(**settings: float) -> TeamGraph:
+def team(**settings: float) -> SubmapGraph:
     """A team whose first robot saw the room from three places, knowing well where it was."""
-    graph = TeamGraph(SETTINGS.model_copy(update=settings), MapSettings(resolution=0.1))
+    graph = SubmapGraph(SETTINGS.model_copy(update=settings), MapSettings(resolution=0.1))
     places = [IDENTITY, Pose2(0.3, 0.2, 0.2), Pose2(0.6, 0.4, 0.4)]
     graph.begin("a", scan_in(ROOM, places[0]), places[0], TIGHT)
     for before, now in itertools.pairwise(places):

@@ -9,11 +9,11 @@ import numpy as np
 
 from mapping.correlative_search import SearchWindow
 from mapping.geometry import Floats, Pose2, wrap_angle
+from mapping.loop_settings import LoopSettings
 from mapping.match_map import MatchMap
 from mapping.scan import LaserScan
 from mapping.scan_matching import MatchResult
 from mapping.wall_information import firm_part, wall_information
-from server.settings import LoopSettings
 
 # No pose is ever known better than this against another robot's, or against long ago [m], [rad].
 FLOOR = np.diag([0.02**2, 0.02**2, math.radians(0.3) ** 2])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mapping.geometry import Floats
-from server.seams import Piece, loose_seams
+from mapping.seams import Piece, loose_seams
 
 LOOSE = 0.1
 
