@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mapping.estimator import Estimate
-from mapping.geometry import IDENTITY, Floats, Pose2, pose_from, wrap_angle
+from mapping.geometry import IDENTITY, Floats, Pose2, pose_from
 from mapping.grid import GridGeometry, OccupancyGrid
 from mapping.incremental_slam import SlamSettings
 from mapping.particle_history import ParticleHistory
@@ -22,6 +22,18 @@ from mapping.resampling import effective_sample_size, normalized, systematic_res
 from mapping.scan import LaserScan
 from mapping.scan_integration import integrate_scan, scan_extent
 from mapping.scan_points import scan_points
+from mapping.seen_free import count_seen_free
+
+
+# Of the last scans inserted so many are asked whether a place is free ...
+_VIEWS = 8
+# ... where they looked through by more than this [m].
+_THROUGH = 0.3
+# A robot that is lost may be this far [m], [rad] from where it is thought to be (one sigma), over and
+# above what the wheels' noise tells.
+_LOST, _LOST_TURN = 0.3, math.radians(8.0)
+# Blur of the walls when it is looked for, in sigmas of the likelihood.
+_LOST_WIDENINGS = np.array([6.0, 3.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +47,9 @@ class ParticleSettings:
         evidence_weight: how much of an independent witness one scan is to the particles' weights;
             scans in a row see the same walls, with the same errors.
         resample_below: particles are drawn anew when their effective number falls below this share.
-        explained_least: a match needs this share of the end points at walls.
+        guesses: poses tried when a scan contradicts the map.
         walls: how their maps are kept.
+        free_reach: the map drawn of the best particle shows no more than so far around it [m].
     """
 
     count: int = 30
@@ -44,9 +57,9 @@ class ParticleSettings:
     update_turn: float = math.radians(20.0)
     evidence_weight: float = 0.1
     resample_below: float = 0.5
-    spread: float = 1.0
-    explained_least: float = 0.25
+    guesses: int = 300
     walls: WallSettings = field(default_factory=WallSettings)
+    free_reach: float = 20.0
 
 
 class ParticleFilter:
@@ -96,6 +109,7 @@ class ParticleFilter:
         self._T_keyframe_base = IDENTITY
         self._wheels: Floats = np.zeros((3, 3))
         self._keyframes: list[LaserScan] = []
+        self._T_odom_last = T_odom_base
         self._between: list[tuple[Pose2, Floats]] = []
         self._scans: list[tuple[int, float, float, float]] = []
 
@@ -115,17 +129,7 @@ class ParticleFilter:
         self._move(T_before_after)
         matched = inserted = False
         if scan is not None:
-            points = scan_points(scan)
-            if not self._keyframes:
-                self._begin(scan, points)
-                matched = inserted = True
-            else:
-                matched = self._track(points)
-                if matched and self._due():
-                    self._update(scan, points)
-                    inserted = True
-                elif matched and self._shows_anew():
-                    self._between.append((self._T_keyframe_base, points))
+            matched, inserted = self._take(scan, scan_points(scan))
             self._scans.append((len(self._keyframes) - 1, *self._T_keyframe_base.as_tuple()))
         return Estimate(self.T_odom_base, self.covariance, matched, inserted)
 
@@ -140,18 +144,26 @@ class ParticleFilter:
         scans = np.array(self._scans)
         return _composed(path[scans[:, 0].astype(np.int64)], scans[:, 1:])
 
+    def pose_graph(self) -> None:
+        """Return None: there is no graph."""
+
     def occupancy(self) -> OccupancyGrid:
-        """Return the map of the best particle, in the frame of `trajectory`."""
+        """Return the map of the best particle, in the frame of `trajectory`: drawn when asked."""
         settings = self.settings.map
-        grid = OccupancyGrid.unknown(GridGeometry(settings.resolution, 0.0, 0.0, 1, 1))
         depth = settings.integration.depth * settings.resolution
-        for scan, pose in zip(self._keyframes, self._history.path(self.best), strict=True):
-            grid.grow(*scan_extent(scan, pose_from(pose), depth))
-            integrate_scan(grid, scan, pose_from(pose), settings.integration)
+        views = [(scan.within(self.particles.free_reach), T) for scan, T in self._views()]
+        grid = OccupancyGrid.unknown(GridGeometry(settings.resolution, 0.0, 0.0, 1, 1))
+        if views:
+            extents = np.array([scan_extent(scan, T, depth) for scan, T in views])
+            # At once: to grow step by step would need the memory twice.
+            grid.grow(*extents[:, :2].min(axis=0).tolist(), *extents[:, 2:].max(axis=0).tolist())
+        for scan, T_odom_base in views:
+            integrate_scan(grid, scan, T_odom_base, settings.integration)
         return grid
 
     def _move(self, T_before_after: Pose2) -> None:
-        """Predict: follow the wheels."""
+        """Follow the wheels."""
+        self._T_odom_last = self.T_odom_base
         motion = self.settings.motion
         self.T_odom_base, self.covariance = motion.propagate(
             self.T_odom_base, self.covariance, T_before_after
@@ -160,35 +172,94 @@ class ParticleFilter:
             self._T_keyframe_base, self._wheels, T_before_after
         )
 
-    def _track(self, points: Floats) -> bool:
-        """Match a scan to the best particle's map; return whether it was found there."""
-        before = self.T_odom_base.as_array()
+    def _take(self, scan: LaserScan, points: Floats) -> tuple[bool, bool]:
+        """Take in a scan after a motion; return whether it was matched, and inserted."""
+        if not self._keyframes:
+            self._begin(scan, points)
+            return True, True
+        known = self._track(points)
+        if known is None:
+            return False, False
+        due = self._due()
+        if due:
+            self._update(scan, points)
+        elif self._shows_anew():
+            self._between.append((self._T_keyframe_base, points))
+        return known >= self.settings.known_least, due
+
+    def _track(self, points: Floats) -> int | None:
+        """Correct the pose by a scan; return how many end points are known, None for a mismatch."""
         pose, covariance, _, explained = self._maps.match(
-            self.best, points, before, before, self.covariance
-        )
-        if explained < self.particles.explained_least * len(points):
-            return False
+            self.best, points, self.T_odom_base.as_array(), self.T_odom_base.as_array(),
+            self.covariance,
+        )  # fmt: skip
+        known, fit = self._judge(points, pose, explained)
+        if fit < self.settings.fit_least:
+            far_pose, far_covariance, far_explained = self._search(points)
+            far_known, far_fit = self._judge(points, far_pose, far_explained)
+            if far_known >= self.settings.known_least and far_fit >= 0.5 * (1.0 + fit):
+                pose, covariance, known = far_pose, far_covariance, far_known
+            elif fit < self.settings.fit_poor:
+                return None
         self.T_odom_base, self.covariance = pose_from(pose), covariance
         self._T_keyframe_base = pose_from(self.poses[self.best]).inverse() @ self.T_odom_base
-        return True
+        return known
+
+    def _judge(self, points: Floats, pose: Floats, explained: int) -> tuple[int, float]:
+        """Return how many end points the map knows of, and the share at walls (1 if it knows few).
+
+        Args:
+            points: (N, 4), base frame.
+            pose: (3,) of the base.
+            explained: how many end points lie at walls.
+        """
+        if 2 * explained >= len(points):
+            return explained, 1.0
+        views = self._views(max(0, len(self._keyframes) - _VIEWS))
+        points_odom = pose_from(pose).apply(points[:, :2])
+        known = explained + count_seen_free(points_odom, views, _THROUGH)
+        return known, explained / known if known >= self.settings.known_least else 1.0
+
+    def _search(self, points: Floats) -> tuple[Floats, Floats, int]:
+        """Look for the robot all around: return the likeliest pose, its covariance, and the fit.
+
+        Wheels slip, and their word may come late, all at once: half of the guesses are around where
+        the robot was last.
+        """
+        spread = 9.0 * self.covariance + np.diag([_LOST**2, _LOST**2, _LOST_TURN**2])
+        count = self.particles.guesses
+        guesses = self._draw(
+            np.tile(self.T_odom_base.as_array(), (count, 1)), np.tile(spread, (count, 1, 1))
+        )
+        guesses[::2] += self._T_odom_last.as_array() - self.T_odom_base.as_array()
+        found = [
+            self._maps.match(self.best, points, guess, guess, spread, _LOST_WIDENINGS)
+            for guess in guesses
+        ]
+        pose, covariance, _, explained = max(found, key=lambda match: match[2])
+        return pose, covariance, explained
+
+    def _views(self, since: int = 0) -> list[tuple[LaserScan, Pose2]]:
+        """Return the scans inserted at updates, from one on, and where the best particle was."""
+        path = self._history.path(self.best, since)
+        return [
+            (scan, pose_from(pose))
+            for scan, pose in zip(self._keyframes[since:], path, strict=True)
+        ]
 
     def _due(self) -> bool:
         """Whether the robot has moved or turned enough for an update."""
-        moved = self._T_keyframe_base
-        return (
-            math.hypot(moved.x, moved.y) >= self.particles.update_distance
-            or abs(moved.theta) >= self.particles.update_turn
+        particles = self.particles
+        return IDENTITY.moved(
+            self._T_keyframe_base, particles.update_distance, particles.update_turn
         )
 
     def _shows_anew(self) -> bool:
-        """Whether the robot has moved enough for a scan to sharpen the walls, see `SlamSettings`."""
-        moved = self._T_keyframe_base
-        if self._between:
-            moved = self._between[-1][0].inverse() @ moved
+        """Whether a scan between updates shows the walls anew: see `SlamSettings`."""
+        T_keyframe_last = self._between[-1][0] if self._between else IDENTITY
         settings = self.settings
-        return (
-            math.hypot(moved.x, moved.y) >= settings.refine_distance
-            or abs(moved.theta) >= settings.refine_turn
+        return T_keyframe_last.moved(
+            self._T_keyframe_base, settings.refine_distance, settings.refine_turn
         )
 
     def _begin(self, scan: LaserScan, points: Floats) -> None:
@@ -251,7 +322,7 @@ class ParticleFilter:
     def _draw(self, means: Floats, covariances: Floats) -> Floats:
         """Draw a pose for each particle from its proposal, (n, 3)."""
         noise = self._rng.standard_normal(means.shape)
-        drawn = means + np.einsum("nij,nj->ni", np.linalg.cholesky(self.particles.spread * covariances), noise)
+        drawn = means + np.einsum("nij,nj->ni", np.linalg.cholesky(covariances), noise)
         drawn[:, 2] = np.arctan2(np.sin(drawn[:, 2]), np.cos(drawn[:, 2]))
         return drawn
 

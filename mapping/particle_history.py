@@ -34,25 +34,15 @@ class ParticleHistory:
         self.poses.append(poses.copy())
         self.parents.append(parents.copy())
 
-    def line(self, particle: int) -> npt.NDArray[np.int64]:
-        """Return which particle was the ancestor of a particle of the last update, (updates,).
+    def path(self, particle: int, since: int = 0) -> Floats:
+        """Return the poses that a particle of the last update has behind it, (updates, 3).
 
         Args:
-            particle: itself the last entry.
+            particle: whose way; its own pose is the last one.
+            since: leave out the updates before this one.
         """
-        line = np.empty(len(self), dtype=np.int64)
-        for update in range(len(self) - 1, -1, -1):
-            line[update] = particle
+        path = np.empty((len(self) - since, 3))
+        for update in range(len(self) - 1, since - 1, -1):
+            path[update - since] = self.poses[update][particle]
             particle = int(self.parents[update][particle])
-        return line
-
-    def path(self, particle: int) -> Floats:
-        """Return the poses a particle of the last update has behind it, its own last, (updates, 3).
-
-        Args:
-            particle: whose way.
-        """
-        line = self.line(particle)
-        return np.array([poses[i] for poses, i in zip(self.poses, line, strict=True)]).reshape(
-            -1, 3
-        )
+        return path
