@@ -7,59 +7,34 @@ Rao-Blackwellized particle filters", Algorithm 1.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from mapping.estimator import Estimate
 from mapping.geometry import IDENTITY, Floats, Pose2, pose_from
-from mapping.grid import GridGeometry, OccupancyGrid
+from mapping.grid import OccupancyGrid
 from mapping.incremental_slam import SlamSettings
 from mapping.particle_history import ParticleHistory
-from mapping.particle_maps import ParticleMaps, WallSettings
+from mapping.particle_maps import ParticleMaps
+from mapping.particle_settings import ParticleSettings
+from mapping.pose_cloud import composed, drawn, turned
 from mapping.resampling import effective_sample_size, normalized, systematic_resample
 from mapping.scan import LaserScan
-from mapping.scan_integration import integrate_scan, scan_extent
+from mapping.scan_map import ScanMap
 from mapping.scan_points import scan_points
 from mapping.seen_free import count_seen_free
-
 
 # Of the last scans inserted so many are asked whether a place is free ...
 _VIEWS = 8
 # ... where they looked through by more than this [m].
 _THROUGH = 0.3
-# A robot that is lost may be this far [m], [rad] from where it is thought to be (one sigma), over and
-# above what the wheels' noise tells.
+# A robot that is lost may be this far [m], [rad] from where it is thought to be (one sigma), over
+# and above what the wheels' noise tells.
 _LOST, _LOST_TURN = 0.3, math.radians(8.0)
 # Blur of the walls when it is looked for, in sigmas of the likelihood.
 _LOST_WIDENINGS = np.array([6.0, 3.0, 1.0])
-
-
-@dataclass(frozen=True, slots=True)
-class ParticleSettings:
-    """How the particle filter works, over and above `SlamSettings`.
-
-    Attributes:
-        count: number of particles.
-        update_distance: the particles are updated after moving this far [m].
-        update_turn: or after turning this much [rad].
-        evidence_weight: how much of an independent witness one scan is to the particles' weights;
-            scans in a row see the same walls, with the same errors.
-        resample_below: particles are drawn anew when their effective number falls below this share.
-        guesses: poses tried when a scan contradicts the map.
-        walls: how their maps are kept.
-        free_reach: the map drawn of the best particle shows no more than so far around it [m].
-    """
-
-    count: int = 30
-    update_distance: float = 0.4
-    update_turn: float = math.radians(20.0)
-    evidence_weight: float = 0.1
-    resample_below: float = 0.5
-    guesses: int = 300
-    walls: WallSettings = field(default_factory=WallSettings)
-    free_reach: float = 20.0
 
 
 class ParticleFilter:
@@ -142,24 +117,17 @@ class ParticleFilter:
             return np.zeros((0, 3))
         path = self._history.path(self.best)
         scans = np.array(self._scans)
-        return _composed(path[scans[:, 0].astype(np.int64)], scans[:, 1:])
+        return composed(path[scans[:, 0].astype(np.int64)], scans[:, 1:])
 
     def pose_graph(self) -> None:
         """Return None: there is no graph."""
 
     def occupancy(self) -> OccupancyGrid:
         """Return the map of the best particle, in the frame of `trajectory`: drawn when asked."""
-        settings = self.settings.map
-        depth = settings.integration.depth * settings.resolution
-        views = [(scan.within(self.particles.free_reach), T) for scan, T in self._views()]
-        grid = OccupancyGrid.unknown(GridGeometry(settings.resolution, 0.0, 0.0, 1, 1))
-        if views:
-            extents = np.array([scan_extent(scan, T, depth) for scan, T in views])
-            # At once: to grow step by step would need the memory twice.
-            grid.grow(*extents[:, :2].min(axis=0).tolist(), *extents[:, 2:].max(axis=0).tolist())
-        for scan, T_odom_base in views:
-            integrate_scan(grid, scan, T_odom_base, settings.integration)
-        return grid
+        drawn_map = ScanMap(self.settings.map.resolution, self.settings.map.integration)
+        for scan, T_odom_base in self._views():
+            drawn_map.add("", scan.within(self.particles.free_reach), T_odom_base)
+        return drawn_map.grid()[0]
 
     def _move(self, T_before_after: Pose2) -> None:
         """Follow the wheels."""
@@ -227,14 +195,12 @@ class ParticleFilter:
         the robot was last.
         """
         spread = 9.0 * self.covariance + np.diag([_LOST**2, _LOST**2, _LOST_TURN**2])
-        count = self.particles.guesses
-        guesses = self._draw(
-            np.tile(self.T_odom_base.as_array(), (count, 1)), np.tile(spread, (count, 1, 1))
-        )
-        guesses[::2] += self._T_odom_last.as_array() - self.T_odom_base.as_array()
+        centres = np.empty((self.particles.guesses, 3))
+        centres[::2] = self._T_odom_last.as_array()
+        centres[1::2] = self.T_odom_base.as_array()
         found = [
             self._maps.match(self.best, points, guess, guess, spread, _LOST_WIDENINGS)
-            for guess in guesses
+            for guess in drawn(centres, np.tile(spread, (len(centres), 1, 1)), self._rng)
         ]
         pose, covariance, _, explained = max(found, key=lambda match: match[2])
         return pose, covariance, explained
@@ -274,14 +240,14 @@ class ParticleFilter:
         Source: Grisetti, Stachniss & Burgard 2007, Algorithm 1. As the weights do not depend on the
         poses drawn, these are drawn after resampling: so copies of one particle differ.
         """
-        predicted = _composed(self.poses, self._T_keyframe_base.as_array())
+        predicted = composed(self.poses, self._T_keyframe_base.as_array())
         means, covariances, evidence = self._match(points, predicted)
         self._weigh(evidence)
         parents = self._resample()
-        drawn = self._draw(means[parents], covariances[parents])
-        self._maps.insert([*self._placed_between(parents), (points, drawn)])
-        self.poses = drawn
-        self.T_odom_base = pose_from(drawn[self.best])
+        poses = drawn(means[parents], covariances[parents], self._rng)
+        self._maps.insert([*self._placed_between(parents), (points, poses)])
+        self.poses = poses
+        self.T_odom_base = pose_from(poses[self.best])
         self.covariance = covariances[parents[self.best]]
         self._close_update(scan, parents)
 
@@ -294,7 +260,7 @@ class ParticleFilter:
         means, evidence = np.empty_like(predicted), np.empty(len(predicted))
         covariances = np.empty((len(predicted), 3, 3))
         for i, mean in enumerate(predicted):
-            prior = _turned(self._wheels, self.poses[i, 2])
+            prior = turned(self._wheels, self.poses[i, 2])
             means[i], covariances[i], value, _ = self._maps.match(i, points, mean, mean, prior)
             evidence[i] = value + 0.5 * np.linalg.slogdet(covariances[i])[1]
         return means, covariances, evidence
@@ -319,18 +285,11 @@ class ParticleFilter:
         self.best = int(self._evidence.argmax())
         return parents
 
-    def _draw(self, means: Floats, covariances: Floats) -> Floats:
-        """Draw a pose for each particle from its proposal, (n, 3)."""
-        noise = self._rng.standard_normal(means.shape)
-        drawn = means + np.einsum("nij,nj->ni", np.linalg.cholesky(covariances), noise)
-        drawn[:, 2] = np.arctan2(np.sin(drawn[:, 2]), np.cos(drawn[:, 2]))
-        return drawn
-
     def _placed_between(self, parents: npt.NDArray[np.int64]) -> list[tuple[Floats, Floats]]:
         """Return the scans since the last update, with the poses (n, 3) of the particles then."""
         before = self.poses[parents]
         return [
-            (points, _composed(before, T_keyframe_scan.as_array()))
+            (points, composed(before, T_keyframe_scan.as_array()))
             for T_keyframe_scan, points in self._between
         ]
 
@@ -341,22 +300,3 @@ class ParticleFilter:
         self._between.clear()
         self._T_keyframe_base = IDENTITY
         self._wheels = np.zeros((3, 3))
-
-
-def _composed(poses: Floats, moves: Floats) -> Floats:
-    """Return poses (n, 3) after moves (n, 3) or (3,), each in the frame of its pose."""
-    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    after = np.empty_like(poses)
-    after[:, 0] = poses[:, 0] + c * moves[..., 0] - s * moves[..., 1]
-    after[:, 1] = poses[:, 1] + s * moves[..., 0] + c * moves[..., 1]
-    turned = poses[:, 2] + moves[..., 2]
-    after[:, 2] = np.arctan2(np.sin(turned), np.cos(turned))
-    return after
-
-
-def _turned(covariance: Floats, theta: float) -> Floats:
-    """Return a covariance (3, 3) of (x, y, theta) in the frame in which its own is turned."""
-    c, s = math.cos(theta), math.sin(theta)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    result: Floats = turn @ covariance @ turn.T
-    return result

@@ -118,7 +118,7 @@ def find_cell(table: Ids, layer: int, iy: int, ix: int) -> tuple[int, int]:
     ty, tx = iy >> SIDE_BITS, ix >> SIDE_BITS
     if ty < 0 or tx < 0 or ty >= table.shape[1] or tx >= table.shape[2]:
         return NO_TILE, 0
-    return table[layer, ty, tx], (iy & (SIDE - 1)) * SIDE + (ix & (SIDE - 1))
+    return int(table[layer, ty, tx]), (iy & (SIDE - 1)) * SIDE + (ix & (SIDE - 1))
 
 
 @compiled
@@ -142,10 +142,10 @@ def own_tile(
     ty, tx = iy >> SIDE_BITS, ix >> SIDE_BITS
     if ty < 0 or tx < 0 or ty >= table.shape[1] or tx >= table.shape[2]:
         return NO_TILE
-    tile = table[layer, ty, tx]
+    tile = int(table[layer, ty, tx])
     if tile >= 0 and references[tile] == 1:
         return tile
-    own = free[free[0]]
+    own = int(free[free[0]])
     free[0] -= 1
     references[own] = 1
     if tile >= 0:

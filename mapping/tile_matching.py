@@ -181,7 +181,7 @@ def _step(spread: Floats, pull: Floats, lever: float, pose: Floats) -> float:
     dx = spread[0, 0] * pull[0] + spread[0, 1] * pull[1] + spread[0, 2] * pull[2]
     dy = spread[1, 0] * pull[0] + spread[1, 1] * pull[1] + spread[1, 2] * pull[2]
     dt = spread[2, 0] * pull[0] + spread[2, 1] * pull[1] + spread[2, 2] * pull[2]
-    size = max(abs(dx), abs(dy), lever * abs(dt))
+    size: float = max(abs(dx), abs(dy), lever * abs(dt))
     scale = 0.3 / size if size > 0.3 else 1.0
     pose[0] += scale * dx
     pose[1] += scale * dy

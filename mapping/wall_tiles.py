@@ -1,8 +1,8 @@
 """Walls of many maps at once: what end points say of each cell, in tiles the maps share.
 
-A cell keeps the sums of the end points whose solid it is, as in `SurfaceMap`. But a particle's map is written to far more often than it is
-read at any one place, so no surfels and no table of closest walls are kept up: the line through
-the cells around is fitted when an end point asks for it.
+A cell keeps the sums of the end points whose solid it is, as in `SurfaceMap`. But a particle's map
+is written to far more often than it is read at any one place, so no surfels and no table of closest
+walls are kept up: the line through the cells around is fitted when an end point asks for it.
 
 Source: Biber & Strasser 2003 (normal distributions), Censi 2008 (distances point to line).
 """
@@ -11,16 +11,14 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from mapping.compiled import compiled
 from mapping.geometry import Floats
 from mapping.shared_tiles import Ids, Shorts, find_cell, own_tile
 from mapping.surface_map import layer_of
 from mapping.surfel_fitting import FEW_CELLS, FEW_HITS
 
-# Fields of a cell: number of end points, sums of their offsets from its centre, in such parts of its
-# edge, and with which scan the first one came.
+# Fields of a cell: number of end points, sums of their offsets from its centre, in such parts of
+# its edge, and with which scan the first one came.
 HITS, OFFSET_X, OFFSET_Y, FIRST = range(4)
 FIELDS = 4
 PARTS = 200.0
