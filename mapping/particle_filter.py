@@ -24,12 +24,10 @@ from mapping.resampling import effective_sample_size, normalized, systematic_res
 from mapping.scan import LaserScan
 from mapping.scan_map import ScanMap
 from mapping.scan_points import scan_points
-from mapping.seen_free import count_seen_free
+from mapping.seen_free import count_contradictions
 
-# Of the last scans inserted so many are asked whether a place is free ...
+# So many of the last scans inserted may contradict a pose.
 _VIEWS = 8
-# ... where they looked through by more than this [m].
-_THROUGH = 0.3
 # A robot that is lost may be this far [m], [rad] from where it is thought to be (one sigma), over
 # and above what the wheels' noise tells.
 _LOST, _LOST_TURN = 0.3, math.radians(8.0)
@@ -59,14 +57,7 @@ class ParticleFilter:
         particles: ParticleSettings | None = None,
         T_odom_base: Pose2 = IDENTITY,
     ) -> None:
-        """Begin at a pose with an empty map.
-
-        Args:
-            settings: what all estimators have in common.
-            rng: what the particles are drawn with.
-            particles: what is special to this one.
-            T_odom_base: where the robot is.
-        """
+        """Begin at a pose with an empty map; `rng` is what the particles are drawn with."""
         self.settings = settings or SlamSettings()
         self.particles = particles or ParticleSettings()
         count = self.particles.count
@@ -145,7 +136,7 @@ class ParticleFilter:
         if not self._keyframes:
             self._begin(scan, points)
             return True, True
-        known = self._track(points)
+        known = self._track(scan, points)
         if known is None:
             return False, False
         due = self._due()
@@ -155,16 +146,16 @@ class ParticleFilter:
             self._between.append((self._T_keyframe_base, points))
         return known >= self.settings.known_least, due
 
-    def _track(self, points: Floats) -> int | None:
+    def _track(self, scan: LaserScan, points: Floats) -> int | None:
         """Correct the pose by a scan; return how many end points are known, None for a mismatch."""
         pose, covariance, _, explained = self._maps.match(
             self.best, points, self.T_odom_base.as_array(), self.T_odom_base.as_array(),
             self.covariance,
         )  # fmt: skip
-        known, fit = self._judge(points, pose, explained)
+        known, fit = self._judge(scan, points, pose, explained)
         if fit < self.settings.fit_least:
             far_pose, far_covariance, far_explained = self._search(points)
-            far_known, far_fit = self._judge(points, far_pose, far_explained)
+            far_known, far_fit = self._judge(scan, points, far_pose, far_explained)
             if far_known >= self.settings.known_least and far_fit >= 0.5 * (1.0 + fit):
                 pose, covariance, known = far_pose, far_covariance, far_known
             elif fit < self.settings.fit_poor:
@@ -173,19 +164,21 @@ class ParticleFilter:
         self._T_keyframe_base = pose_from(self.poses[self.best]).inverse() @ self.T_odom_base
         return known
 
-    def _judge(self, points: Floats, pose: Floats, explained: int) -> tuple[int, float]:
+    def _judge(
+        self, scan: LaserScan, points: Floats, pose: Floats, explained: int
+    ) -> tuple[int, float]:
         """Return how many end points the map knows of, and the share at walls (1 if it knows few).
 
         Args:
-            points: (N, 4), base frame.
-            pose: (3,) of the base.
-            explained: how many end points lie at walls.
+            scan: the scan.
+            points: its end points.
+            pose: (3,) of the base, odom frame.
+            explained: how many of the end points lie at walls.
         """
         if 2 * explained >= len(points):
             return explained, 1.0
         views = self._views(max(0, len(self._keyframes) - _VIEWS))
-        points_odom = pose_from(pose).apply(points[:, :2])
-        known = explained + count_seen_free(points_odom, views, _THROUGH)
+        known = explained + count_contradictions(scan, pose_from(pose), views)
         return known, explained / known if known >= self.settings.known_least else 1.0
 
     def _search(self, points: Floats) -> tuple[Floats, Floats, int]:
@@ -254,7 +247,7 @@ class ParticleFilter:
     def _match(self, points: Floats, predicted: Floats) -> tuple[Floats, Floats, Floats]:
         """Return each particle's proposal: means (n, 3), covariances (n, 3, 3), log evidence (n,).
 
-        Source: Grisetti, Stachniss & Burgard 2007, eqs. (16)-(19); sums over samples around the
+        Source: Grisetti, Stachniss & Burgard 2007, section III-A; sums over samples around the
         best match are replaced by the Gaussian with the curvature there.
         """
         means, evidence = np.empty_like(predicted), np.empty(len(predicted))

@@ -25,7 +25,7 @@ def effective_sample_size(weights: Floats) -> float:
     Args:
         weights: (N,), sum 1.
 
-    Source: Grisetti, Stachniss & Burgard 2007, eq. (20), after Doucet et al. 2001.
+    Source: Grisetti, Stachniss & Burgard 2007, section III-B, after Doucet et al. 2001.
     """
     return 1.0 / float(np.square(weights).sum())
 

@@ -2,12 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from mapping.geometry import Floats, Pose2, wrap_angle
 from mapping.scan import LaserScan
+
+# A laser looked through a place where its beams ended this far behind [m].
+_THROUGH = 0.3
+
+
+def count_contradictions(
+    scan: LaserScan, T_map_base: Pose2, views: Sequence[tuple[LaserScan, Pose2]]
+) -> int:
+    """Return how much speaks against a pose, in end points.
+
+    Those of the scan count where an earlier one looked through, and those of the last of these
+    where the scan itself does: a wall that it cannot have missed.
+
+    Args:
+        scan: the scan.
+        T_map_base: the pose of the robot to judge.
+        views: at least one earlier scan, and where the robot was then.
+    """
+    last_scan, T_map_last = views[-1]
+    ahead = count_seen_free(T_map_base.apply(scan.points_base()), views, _THROUGH)
+    missed = T_map_last.apply(last_scan.points_base())
+    return ahead + count_seen_free(missed, [(scan, T_map_base)], _THROUGH)
 
 
 def count_seen_free(
