@@ -214,12 +214,12 @@ def climb(
         points, (pose[0], pose[1], pose[2]), laser, closest, surfels, log_odds, lattice, sigma,
         outlier, known_above, seen,
     )  # fmt: skip
-    _settle(pose, prior, information, beam_weight * seen, limits[2], covariance)
+    settle(pose, prior, information, beam_weight * seen, limits[2], covariance)
     return converged, total, value, known, explained
 
 
 @compiled
-def _settle(
+def settle(
     pose: Floats,
     prior: tuple[float, float, float],
     information: Floats,

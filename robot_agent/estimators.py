@@ -12,6 +12,7 @@ from mapping.incremental_slam import SlamSettings
 
 ESTIMATORS: dict[str, str] = {
     "graph": "mapping.graph_slam:GraphSlam",
+    "particle_filter": "mapping.particle_filter:ParticleFilter",
     "scan_matching": "mapping.incremental_slam:IncrementalSlam",
 }
 

@@ -1,0 +1,34 @@
+"""How the particle filter works, over and above what all estimators have in common."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from mapping.particle_maps import WallSettings
+
+
+@dataclass(frozen=True, slots=True)
+class ParticleSettings:
+    """How the particle filter works, over and above `SlamSettings`.
+
+    Attributes:
+        count: number of particles.
+        update_distance: the particles are updated after moving this far [m].
+        update_turn: or after turning this much [rad].
+        evidence_weight: how much of an independent witness one scan is to the particles' weights;
+            scans in a row see the same walls, with the same errors.
+        resample_below: particles are drawn anew when their effective number falls below this share.
+        guesses: poses tried when a scan contradicts the map.
+        walls: how their maps are kept.
+        free_reach: the map drawn of the best particle shows no more than so far around it [m].
+    """
+
+    count: int = 30
+    update_distance: float = 0.4
+    update_turn: float = math.radians(20.0)
+    evidence_weight: float = 0.1
+    resample_below: float = 0.5
+    guesses: int = 300
+    walls: WallSettings = field(default_factory=WallSettings)
+    free_reach: float = 20.0
