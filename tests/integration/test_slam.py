@@ -14,6 +14,7 @@ from expedition.recordings.carmen_writer import write_carmen
 from expedition.recordings.read import read_recording
 from expedition.recordings.recording import Reading, Recording
 from mapping.geometry import IDENTITY
+from robot_agent.estimators import ESTIMATORS
 from tests.integration.command_line import Outcome
 from tests.unit.tours import around
 
@@ -39,7 +40,7 @@ def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-@pytest.mark.parametrize("estimator", ["graph", "scan_matching"])
+@pytest.mark.parametrize("estimator", sorted(ESTIMATORS))
 def test_a_log_gives_a_map_a_trajectory_and_its_errors(
     estimator: str, log: Path, cli: Cli, tmp_path: Path
 ) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import config
 
 from expedition.experiments import slam_logs
 from expedition.experiments.experiment import ExperimentOptions
@@ -26,6 +27,7 @@ def test_without_logs_it_says_what_to_do(folder: str | None, why: str, tmp_path:
         slam_logs.run(options(tmp_path, None if folder is None else tmp_path / folder))
 
 
+@pytest.mark.skipif(config.DISABLE_JIT, reason="commands take plain Python too long")
 def test_each_estimator_has_a_row_beside_what_is_published(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
