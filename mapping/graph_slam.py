@@ -75,7 +75,6 @@ class GraphSlam:
         self.submaps = SubmapGraph(self._settings.loops, replace(front.map, surface=surface))
         self._search = LoopSearch(self.submaps)
         self._trail = Trail(self._settings.loops.spans_m)
-        self._T_wheel_base = IDENTITY
         self._last: Report | None = None
         self._track: list[tuple[float, float, float, float]] = []
         self._nodes: list[Report] = []
@@ -93,7 +92,6 @@ class GraphSlam:
     def step(self, T_before_after: Pose2, scan: LaserScan | None) -> Estimate:
         """Take in one odometry increment, and the scan taken at its end; see `Estimator`."""
         estimate = self._front.step(T_before_after, scan)
-        self._T_wheel_base = self._T_wheel_base @ T_before_after
         if scan is not None:
             self._track.append((scan.stamp, *estimate.T_odom_base.as_tuple()))
             # What contradicts the map is not drawn, and where it was seen is not known.
@@ -142,12 +140,13 @@ class GraphSlam:
         return T_odom_last.moved(T_odom_base, settings.node_distance, settings.node_turn)
 
     def _report(self, scan: LaserScan) -> Report:
-        """Return the scan just matched, with the way since the last node."""
+        """Return the scan just matched, with the way since the last node.
+
+        Not where the wheels put it: scan matching has looked there and found better.
+        """
         track = np.array(self._track, dtype=np.float64)
         self._track.clear()
-        return Report(
-            scan, self.T_odom_base, self.covariance.copy(), track, T_wheel_base=self._T_wheel_base
-        )
+        return Report(scan, self.T_odom_base, self.covariance.copy(), track)
 
     def _add_node(self, report: Report) -> None:
         """Add a scan to the graph, close the loops it closes, and put all right if it strains."""
