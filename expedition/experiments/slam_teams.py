@@ -2,8 +2,9 @@
 
 Three robots are told their starts to within 1 m and 20 degrees. What the server holds together by
 comparing scans with submaps, of one robot and between robots, is judged by where the robots truly
-were: a comparison that is off by more than half a metre or 5 degrees, and is still in the graph
-when the mission is over, is a wrong closure accepted.
+were: a comparison that is off by more than half a metre or 5 degrees, and by more than seven of
+the standard deviations that it claims, and is still in the graph when the mission is over, is a
+wrong closure accepted. (Along a corridor a comparison claims nothing, and may be off as it likes.)
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from expedition.experiments.experiment import (
     Claim,
@@ -31,7 +33,7 @@ SEEDS = 10
 # A real floor plan besides the shipped floor, where the data are given, and where to start on it.
 FLOOR, STARTS = "hospital_62m", ((2.0, 12.5, 0.0), (2.0, 11.7, 0.0), (2.0, 13.3, 0.0))
 RMSE_MOST = 0.10  # [m]
-WRONG, WRONG_TURN = 0.5, math.radians(5.0)  # [m], [rad]
+WRONG, WRONG_TURN, WRONG_SIGMAS = 0.5, math.radians(5.0), 7.0  # [m], [rad]
 
 
 def run(options: ExperimentOptions) -> ExperimentResult:
@@ -90,30 +92,45 @@ def _judged(mission: Mission) -> Row:
         "rmse_max_m": max(robot["trajectory_rmse_m"] or 0.0 for robot in summary["robots"]),
         "closures": len(errors),
         "between_robots": int(between.sum()),
-        "wrong": int(((errors[:, 0] > WRONG) | (errors[:, 1] > WRONG_TURN)).sum()),
+        "wrong": int(_wrong(errors).sum()),
         "worst_m": float(errors[:, 0].max(initial=0.0)),
+        "worst_sigmas": float(errors[:, 2].max(initial=0.0)),
     }
 
 
 def closure_errors(graph: PoseGraphRecord, robots: dict[str, RobotRecord]) -> Floats:
-    """Return how far off each comparison of a graph is, (n, 2) [m], [rad].
+    """Return how far off each comparison of a graph is, (n, 3) [m], [rad], [sigmas].
 
     Args:
         graph: with stamps.
         robots: by name, with their true trajectories.
+
+    Returns:
+        The third is the error in standard deviations of what the comparison claims to know.
     """
     true = [
         at_stamps(robots[name].track_world, graph.stamps[name])[:, 1:]  # type: ignore[arg-type]
         for name in sorted(graph.chains)
     ]
     errors = []
-    for (a, i, b, j), measured in zip(
-        graph.ends[graph.doubted].tolist(), graph.measured[graph.doubted], strict=True
+    for (a, i, b, j), measured, information in zip(
+        graph.ends[graph.doubted].tolist(),
+        graph.measured[graph.doubted],
+        graph.information[graph.doubted],
+        strict=True,
     ):
         T_i_j = pose_from(true[a][i]).inverse() @ pose_from(true[b][j])
         off = pose_from(measured).inverse() @ T_i_j
-        errors.append((math.hypot(off.x, off.y), abs(off.theta)))
-    return np.array(errors).reshape(-1, 2)
+        error = off.as_array()
+        sigmas = math.sqrt(max(float(error @ information @ error), 0.0))
+        errors.append((math.hypot(off.x, off.y), abs(off.theta), sigmas))
+    return np.array(errors).reshape(-1, 3)
+
+
+def _wrong(errors: Floats) -> npt.NDArray[np.bool_]:
+    """Return which comparisons (n,) are wrong, by their errors (n, 3)."""
+    far: npt.NDArray[np.bool_] = (errors[:, 0] > WRONG) | (errors[:, 1] > WRONG_TURN)
+    return far & (errors[:, 2] > WRONG_SIGMAS)
 
 
 def _rmse(row: Row) -> float:

@@ -28,5 +28,6 @@ def test_a_closure_is_as_wrong_as_the_true_ways_say() -> None:
         doubted=np.array([False, True, True]),
     )
     errors = closure_errors(graph, robots)
-    assert errors[0] == pytest.approx([0.0, 0.0], abs=1e-9)
-    assert errors[1] == pytest.approx([0.4, 0.5 * math.pi - 1.5])
+    turn = 0.5 * math.pi - 1.5
+    assert errors[0] == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+    assert errors[1] == pytest.approx([0.4, turn, math.hypot(0.4, turn)])
