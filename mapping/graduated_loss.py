@@ -24,6 +24,8 @@ _GROWTH = 1.4
 _MOST_STEPS = 100
 # A weight above counts as one; none but zero counts as zero, as early on all of them are small.
 _DECIDED = 0.999
+# Squared errors of less than this share of the limit are as good as none; their inverse is finite.
+_TINY = 1e-15
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +76,7 @@ def select(
 
 def truncated_weights(squared: Floats, limit: float, convexity: float) -> Floats:
     """Return the weights (E,) in [0, 1] of squared errors (E,) (Yang et al. 2020, equation 14)."""
-    between = np.sqrt(limit * convexity * (convexity + 1.0) / np.maximum(squared, 1e-300))
+    shares = np.maximum(squared / limit, _TINY)
+    between = np.sqrt(convexity * (convexity + 1.0) / shares)
     weights: Floats = np.clip(between - convexity, 0.0, 1.0)
     return weights

@@ -36,9 +36,9 @@ from mapping.normal_equations import HELD
 _UNLIKELY = 25.9
 # A graph whose doubted errors are all less than one stated deviation has none that is wrong.
 _CERTAIN = 1.0
-# In the end no constraint is called wrong whose squared error is less than half of all would be by
-# its stated covariance (chi2, three degrees).
-_LIKELY = 2.37
+# In the end no constraint is called wrong whose squared error is as its stated covariance allows:
+# 95 of 100 would be less (chi2, three degrees).
+_LIKELY = 7.81
 # How many times more volume an error may fill by the poses of its ends than by the measurement
 # alone (cube root), for the first loops; then each time by how many more.
 _FIRST_LEVEL, _NEXT_LEVEL = 8.0, 4.0

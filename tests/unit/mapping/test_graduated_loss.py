@@ -23,6 +23,11 @@ def test_weights_fall_from_one_to_zero(squared: float, limit: float, convexity: 
         assert first == 0.0
 
 
+def test_no_error_at_all_is_no_trouble() -> None:
+    for convexity in (1e-9, 1.0, 1e15):
+        assert truncated_weights(np.zeros(2), 1e-3, convexity).tolist() == [1.0, 1.0]
+
+
 def lines(claims: list[float]) -> tuple[np.ndarray, Constraints, np.ndarray]:
     """A straight walk of ten steps of 1 m; claims of how far its end is from its beginning [m]."""
     ends = np.array([(k, k + 1) for k in range(10)] + [(0, 10)] * len(claims))
