@@ -11,7 +11,7 @@ loops; Olson 2009 for the search; Grisetti, Kuemmerle, Stachniss & Burgard 2010 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from mapping.match_map import MatchMap
 from mapping.pose_graph import PoseGraph
 from mapping.scan import LaserScan
 from mapping.submap_graph import SubmapGraph
-from mapping.surface_map import SurfaceSettings
 from mapping.trail import Trail
 from mapping.way import Report, corrected_track, way_between
 
@@ -40,8 +39,6 @@ class GraphSettings:
     Attributes:
         node_distance: a scan becomes a node after moving this far [m],
         node_turn: or turning this much [rad].
-        submap_fit: a submap holds few scans, so the pieces of wall that its surfels stand for are
-            longer [cells].
         loops: how loops are found and the graph is put right. One robot that goes round and round
             closes them all the time: to compare and to put right less often than a team loses
             nothing.
@@ -49,7 +46,6 @@ class GraphSettings:
 
     node_distance: float = 0.4
     node_turn: float = math.radians(20.0)
-    submap_fit: int = 6
     loops: LoopSettings = field(default_factory=lambda: LoopSettings(compared=2, settle_above=40.0))
 
 
@@ -70,9 +66,8 @@ class GraphSlam:
         self._settings = graph or GraphSettings()
         self._front = IncrementalSlam(settings)
         front = self._front.settings
-        surface = SurfaceSettings(fit_radius=self._settings.submap_fit)
         self._motion = front.motion
-        self.submaps = SubmapGraph(self._settings.loops, replace(front.map, surface=surface))
+        self.submaps = SubmapGraph(self._settings.loops, front.map)
         self._search = LoopSearch(self.submaps)
         self._trail = Trail(self._settings.loops.spans_m)
         self._last: Report | None = None

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,6 +44,8 @@ from mapping.way import Way
 # A robot is tied when little was seen of anything; loops tell better soon [m], [rad].
 _TIE = np.diag([0.05**2, 0.05**2, math.radians(1.0) ** 2])
 
+# A submap holds few scans, so the pieces of wall that its surfels stand for are longer [cells].
+_SUBMAP_FIT = 6
 # Each time the map is put right, one of so many submaps is asked how well it is known: to ask all
 # takes longer than to put the map right, and what is known only grows.
 _RENEWED = 8
@@ -95,7 +97,8 @@ class SubmapGraph:
         self.ties: Counter[tuple[int, int]] = Counter()  # comparisons between two submaps
         self._unsettled = 0
         self._settled = 0
-        self._map_settings = map_settings
+        surface = replace(map_settings.surface, fit_radius=_SUBMAP_FIT)
+        self._map_settings = replace(map_settings, surface=surface)
 
     # --- growing --------------------------------------------------------------------------------
 

@@ -105,6 +105,33 @@ def _fit_surfel(
             sxx += w * x * x
             sxy += w * x * y
             syy += w * y * y
+    surfel = surfels[k]
+    shape_surfel((n, sx, sy, sxx, sxy, syy), (neighbours, first), now, doubt, ratios, surfel)
+    surfel[0] += x0
+    surfel[1] += y0
+
+
+@compiled
+def shape_surfel(
+    moments: tuple[float, float, float, float, float, float],
+    seen_from: tuple[int, float],
+    now: float,
+    doubt: float,
+    ratios: tuple[float, float],
+    surfel: Floats,
+) -> None:
+    """Fill a surfel (6,) by the end points around its own cell's mean, which is its origin here.
+
+    Args:
+        moments: weights of the end points, summed: 1, x, y, x x, x y, y y [m].
+        seen_from: in how many cells they lie, and with which scan the first of them came.
+        now: number of scans taken in.
+        doubt: `SurfaceSettings.doubt`.
+        ratios: `SurfaceSettings.line_below` and `blob_above`.
+        surfel: filled.
+    """
+    n, sx, sy, sxx, sxy, syy = moments
+    neighbours, first = seen_from
     mx, my = sx / n, sy / n
     cxx, cxy, cyy = sxx / n - mx * mx, sxy / n - mx * my, syy / n - my * my
     half = 0.5 * (cxx - cyy)
@@ -115,11 +142,10 @@ def _fit_surfel(
     angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy)
     nx, ny = -math.sin(angle), math.cos(angle)
     # A blob sits at its own cell's mean, a line passes through the mean of all.
-    surfels[k, 0] = x0 + (1.0 - blob) * mx
-    surfels[k, 1] = y0 + (1.0 - blob) * my
+    surfel[0] = (1.0 - blob) * mx
+    surfel[1] = (1.0 - blob) * my
+    surfel[2] = nx * nx + blob * ny * ny
+    surfel[3] = nx * ny * (1.0 - blob)
+    surfel[4] = ny * ny + blob * nx * nx
     seen = min(n, now - first + 1.0)
-    trust = 0.0 if neighbours < FEW_CELLS and n < FEW_HITS else seen / (seen + doubt)
-    surfels[k, 2] = nx * nx + blob * ny * ny
-    surfels[k, 3] = nx * ny * (1.0 - blob)
-    surfels[k, 4] = ny * ny + blob * nx * nx
-    surfels[k, 5] = trust
+    surfel[5] = 0.0 if neighbours < FEW_CELLS and n < FEW_HITS else seen / (seen + doubt)

@@ -15,7 +15,7 @@ from mapping.compiled import compiled
 from mapping.geometry import Floats
 from mapping.shared_tiles import Ids, Shorts, find_cell, own_tile
 from mapping.surface_map import layer_of
-from mapping.surfel_fitting import FEW_CELLS, FEW_HITS
+from mapping.surfel_fitting import shape_surfel
 
 # Fields of a cell: number of end points, sums of their offsets from its centre, in such parts of
 # its edge, and with which scan the first one came.
@@ -190,20 +190,6 @@ def _fit_surfel(
             sxx += w * x * x
             sxy += w * x * y
             syy += w * y * y
-    mx, my = sx / n, sy / n
-    cxx, cxy, cyy = sxx / n - mx * mx, sxy / n - mx * my, syy / n - my * my
-    half = 0.5 * (cxx - cyy)
-    spread = math.sqrt(half * half + cxy * cxy)
-    middle = 0.5 * (cxx + cyy)
-    ratio = (middle - spread) / (middle + spread) if middle + spread > 1e-9 else 1.0
-    blob = min(1.0, max(0.0, (ratio - ratios[0]) / (ratios[1] - ratios[0])))
-    angle = 0.5 * math.atan2(2.0 * cxy, cxx - cyy)
-    nx, ny = -math.sin(angle), math.cos(angle)
-    # A blob sits at its own cell's mean, a line passes through the mean of all.
-    surfel[0] = lattice[0] + (cell_x + 0.5) * lattice[2] + x0 + (1.0 - blob) * mx
-    surfel[1] = lattice[1] + (cell_y + 0.5) * lattice[2] + y0 + (1.0 - blob) * my
-    surfel[2] = nx * nx + blob * ny * ny
-    surfel[3] = nx * ny * (1.0 - blob)
-    surfel[4] = ny * ny + blob * nx * nx
-    seen = min(n, now - first + 1.0)
-    surfel[5] = 0.0 if neighbours < FEW_CELLS and n < FEW_HITS else seen / (seen + doubt)
+    shape_surfel((n, sx, sy, sxx, sxy, syy), (neighbours, first), now, doubt, ratios, surfel)
+    surfel[0] += lattice[0] + (cell_x + 0.5) * lattice[2] + x0
+    surfel[1] += lattice[1] + (cell_y + 0.5) * lattice[2] + y0

@@ -24,7 +24,6 @@ from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan_integration import IntegrationSettings
 from mapping.scan_matching import MatchResult
 from mapping.submap_graph import SubmapGraph
-from mapping.surface_map import SurfaceSettings
 from mapping.trail import Trail
 from mapping.way import Report, Way, corrected_track, way_between
 from server.limits import holds
@@ -34,9 +33,6 @@ from server.settings import MergerSettings
 from server.tying import aligns, contradicts, guesses, match_held, search_window
 
 __all__ = ["MapMerger", "Member", "Node", "Placement", "Report"]
-
-# A submap holds few scans, so the pieces of wall that its surfels stand for are longer [cells].
-_SUBMAP_FIT = 6
 
 _WIDEST = SearchWindow()  # where a robot is looked for whose reports contradict the map
 
@@ -61,8 +57,7 @@ class MapMerger:
                 integration=IntegrationSettings(fill_between=True),
             )
         )
-        submap = replace(self.map.settings, surface=SurfaceSettings(fit_radius=_SUBMAP_FIT))
-        self.team = SubmapGraph(settings.loops, submap)
+        self.team = SubmapGraph(settings.loops, self.map.settings)
         self._loops = LoopSearch(self.team)
         self.sightings = MutualSightings()
         self.members: dict[str, Member] = {}

@@ -100,14 +100,11 @@ def _estimate(
 
 def _errors(recording: Recording, run: SlamRun, relations: list[Relation]) -> RelationErrors | None:
     """Return the errors over the true relations; None without any."""
-    import numpy as np
-
     from expedition.recordings.relations import relation_errors
 
     if not relations:
         return None
-    stamps = np.array([reading.scan.stamp for reading in recording.readings])
-    return relation_errors(stamps, run.poses, relations)
+    return relation_errors(recording.stamps, run.poses, relations)
 
 
 def _figures(recording: Recording, run: SlamRun, errors: RelationErrors | None) -> dict[str, Any]:

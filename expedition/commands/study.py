@@ -40,7 +40,8 @@ def experiment(
         typer.Option(help="folder for table and plot", show_default="runs/experiment-NAME"),
     ] = None,
     data: Annotated[
-        Path | None, typer.Option(help="folder of recorded logs, for experiments that need some")
+        Path | None,
+        typer.Option(help="folder of real maps and logs, where one wants them"),
     ] = None,
     as_json: JsonOption = False,
 ) -> int:

@@ -24,7 +24,7 @@ class ExperimentOptions:
         workers: processes to use.
         seeds: runs per setting; None leaves it to the experiment.
         out: folder for tables and plots; made when missing.
-        data: folder of recorded logs, for experiments that need some.
+        data: folder of real maps and logs, for experiments that want some.
     """
 
     quick: bool

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from mapping.geometry import Pose2
+import numpy as np
+
+from mapping.geometry import Floats, Pose2
 from mapping.scan import LaserScan
 
 
@@ -50,3 +52,8 @@ class Recording:
 
     readings: list[Reading]
     skipped: list[Skipped] = field(default_factory=list)
+
+    @property
+    def stamps(self) -> Floats:
+        """The readings' stamps, (n,) [s]."""
+        return np.array([reading.scan.stamp for reading in self.readings])

@@ -29,8 +29,7 @@ def write_slam(folder: Path, recording: Recording, run: SlamRun, figures: dict[s
         run: what was made of it.
         figures: for `summary.json`, which is written last.
     """
-    stamps = np.array([reading.scan.stamp for reading in recording.readings])
-    track = np.column_stack((stamps, run.poses))
+    track = np.column_stack((recording.stamps, run.poses))
     graph = run.estimator.pose_graph()
     record = RunRecord(
         estimator=str(figures["estimator"]),

@@ -37,8 +37,7 @@ def intel(data_dir: Path) -> tuple[Recording, list[Relation]]:
 def test_a_stretch_of_the_intel_log(name: str, intel: tuple[Recording, list[Relation]]) -> None:
     recording, relations = intel
     run = run_slam(recording, name, SlamSettings(), np.random.default_rng(0), 30.0)
-    stamps = [reading.scan.stamp for reading in recording.readings]
-    errors = relation_errors(stamps, run.poses, relations)
+    errors = relation_errors(recording.stamps, run.poses, relations)
     assert len(errors.translational) > 400
     shift, turn = errors.translational_mean, math.degrees(errors.rotational_mean)
     assert shift < MOST[name][0] and turn < MOST[name][1], (shift, turn)
