@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 from mapping.particle_maps import WallSettings
@@ -14,7 +13,8 @@ class ParticleSettings:
 
     Attributes:
         count: number of particles.
-        update_distance: the particles are updated after moving this far [m].
+        update_distance: the particles are updated after moving this far [m]. Each update draws, and
+            what is drawn adds up along a loop: many small steps would drift more than few large.
         update_turn: or after turning this much [rad].
         evidence_weight: how much of an independent witness one scan is to the particles' weights;
             scans in a row see the same walls, with the same errors.
@@ -25,8 +25,8 @@ class ParticleSettings:
     """
 
     count: int = 30
-    update_distance: float = 0.4
-    update_turn: float = math.radians(20.0)
+    update_distance: float = 1.0
+    update_turn: float = 0.8
     evidence_weight: float = 0.1
     resample_below: float = 0.5
     guesses: int = 300

@@ -13,7 +13,7 @@ from mapping.scan import LaserScan
 from tests.unit.mapping.rectangle import rectangle_scan
 
 COARSE = SlamSettings(map=MapSettings(resolution=0.1))
-FEW = ParticleSettings(count=4, update_distance=0.3, guesses=30)
+FEW = ParticleSettings(count=4, update_distance=0.3, update_turn=0.35, guesses=30)
 START = Pose2(1.2, 1.1, 0.2)
 BLIND = LaserScan(np.zeros(40, dtype=np.float32), -math.pi, 0.15, 8.0, 0.0)
 
@@ -45,7 +45,7 @@ def round_the_room(
 
 
 def test_a_noisy_way_is_corrected_and_particles_are_drawn_anew() -> None:
-    sharp = ParticleSettings(count=6, update_distance=0.3, evidence_weight=1.0)
+    sharp = ParticleSettings(count=6, update_distance=0.3, update_turn=0.35, evidence_weight=1.0)
     slam, truth = round_the_room(3, sharp)
     poses = slam.trajectory()
     assert poses.shape == (41, 3)
