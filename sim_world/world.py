@@ -166,8 +166,8 @@ class World:
 
     def _left(self, peer: str) -> list[Effect]:
         """A process is gone: its body stays where it is; without a server nothing can go on."""
-        self.relay.switch_off(peer)
         if peer in self.robots:
+            self.relay.switch_off(peer)
             self.robots[peer].connected = False
             self.robots[peer].command = (0.0, 0.0)
             return [Note("warning", f"the process of {peer} is gone; its body stands still")]

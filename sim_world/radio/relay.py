@@ -107,10 +107,10 @@ class Relay:
         if not on_air:
             return
         item = Transmission(sender, tuple(on_air), header.type, frame, size, 8.0 * size)
-        most = self._settings.queue_max_bytes
+        held = self._channel.held(sender)
         if self.at_once:
             self._transmit(item, now, now, {})
-        elif most is not None and self._channel.held(sender) + size > most:
+        elif held and held + size > self._settings.queue_max_bytes:
             self._lose([item])
         else:
             self._channel.put(item)

@@ -89,8 +89,8 @@ class RadioSettings(_Settings):
         receiver_floor_dbm: the weakest signal that is received.
         capacity_bit_s: of the one channel, shared by all who send; without end when not set.
         turn_bytes: a long frame goes in packets of so many bytes; others have their turn between.
-        queue_max_bytes: what a radio may hold that waits for the channel; a frame beyond is lost.
-            Without end when not set.
+        queue_max_bytes: what a radio may hold that waits for the channel; a frame beyond that is
+            lost, unless nothing else waits.
         latency_s: from the end of sending to arrival.
         jitter_s: up to so much more, uniform; frames of one link keep their order.
         loss: probability that a receiver does not get a frame.
@@ -115,7 +115,7 @@ class RadioSettings(_Settings):
     receiver_floor_dbm: Finite = -82.0
     capacity_bit_s: Positive | None = None
     turn_bytes: Annotated[int, Field(ge=1)] = 1500
-    queue_max_bytes: Annotated[int, Field(ge=1)] | None = None
+    queue_max_bytes: Annotated[int, Field(ge=1)] = 100_000
     latency_s: NotNegative = 0.0
     jitter_s: NotNegative = 0.0
     loss: Probability = 0.0

@@ -157,6 +157,14 @@ def test_a_full_radio_loses_what_it_is_handed() -> None:
     assert total(relay.ledger.lost) == 1
 
 
+def test_a_frame_that_is_longer_than_the_queue_is_sent_when_nothing_else_waits() -> None:
+    relay = relay_of(capacity_bit_s=640.0, queue_max_bytes=2)
+    say(relay, "robot1", "robot2", 0.1)
+    say(relay, "robot1", "robot2", 0.1)
+    assert instant(relay, 0.1) == ["robot2"]
+    assert total(relay.ledger.lost) == 1
+
+
 def test_a_radio_that_is_switched_off_loses_what_waits_and_what_arrives() -> None:
     relay = relay_of(capacity_bit_s=64 / STEP, latency_s=STEP)
     say(relay, "robot1", "robot2", 0.1)
@@ -228,7 +236,7 @@ SETTINGS = st.fixed_dictionaries(
         "range_m": st.sampled_from([1.5, 5.0]),
         "capacity_bit_s": st.sampled_from([None, 1000.0, 20000.0]),
         "turn_bytes": st.sampled_from([10, 1500]),
-        "queue_max_bytes": st.sampled_from([None, 300]),
+        "queue_max_bytes": st.sampled_from([300, 100_000]),
         "latency_s": st.sampled_from([0.0, 0.15]),
         "jitter_s": st.sampled_from([0.0, 0.3]),
         "loss": RARELY,
