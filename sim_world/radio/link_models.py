@@ -60,7 +60,7 @@ class PathLoss:
     line, and by fading that is fixed for each pair of places.
 
     Source: Rappaport 2002, eq. 4.69 (log-distance path loss with log-normal shadowing); Bahl &
-    Padmanabhan 2000, eq. 1 (so much for each wall, up to a number of walls).
+    Padmanabhan 2000, wall attenuation factor (so much for each wall, up to a number of walls).
     """
 
     def __init__(self, settings: RadioSettings, scene: Scene, seed: int) -> None:

@@ -28,7 +28,7 @@ class CountingScene(WallScene):
 
 
 def path_loss(scene: CountingScene | None = None, seed: int = 1, **settings: Any) -> PathLoss:
-    given_settings = {"fading_sigma_db": 0.0, **settings}
+    given_settings = {"fading_sigma_db": 0.0, "path_loss_exponent": 2.0, **settings}
     return PathLoss(RadioSettings(**given_settings), scene or CountingScene(), seed)
 
 
@@ -115,3 +115,13 @@ def test_the_antenna_stands_at_the_first_start_or_where_it_is_set() -> None:
     start = Pose2(3.0, 4.0, 1.0)
     assert RadioSettings().antenna(start) == (3.0, 4.0)
     assert RadioSettings(server_place=(1.0, 2.0)).antenna(start) == (1.0, 2.0)
+
+
+def test_the_defaults_reach_as_far_as_they_are_said_to() -> None:
+    places = {"a": (0.0, 0.0), "b": (0.0, 79.0), "c": (0.0, 80.0)}
+    walls = [[(2.0 + x, -9.0), (2.1 + x, -9.0), (2.1 + x, 9.0), (2.0 + x, 9.0)] for x in range(5)]
+    model = PathLoss(RadioSettings(fading_sigma_db=0.0), WallScene(build_walls(walls)), 1)
+    assert model.reaches("a", "b", places)
+    assert not model.reaches("a", "c", places)
+    assert model.reaches("a", "d", {**places, "d": (30.0, 0.0)})
+    assert not model.reaches("a", "e", {**places, "e": (31.0, 0.0)})
