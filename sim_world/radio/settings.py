@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from mapping.geometry import Pose2
 from protocol.fields import Coordinate, Finite, Name, NotNegative, Positive
@@ -125,6 +125,15 @@ class RadioSettings(_Settings):
     reordering_delay_s: Positive = 0.5
     partitions: tuple[Partition, ...] = ()
     one_way: tuple[OneWay, ...] = ()
+
+    @field_validator("server_place", mode="before")
+    @classmethod
+    def _check_place(cls, value: object) -> object:
+        if value in ("first_start", "wired") or (
+            isinstance(value, list | tuple) and len(value) == 2
+        ):
+            return value
+        raise ValueError(f"{value!r} is no place: write 'first_start', 'wired' or [x, y] in metres")
 
     @property
     def at_once(self) -> bool:

@@ -55,7 +55,8 @@ def test_good_settings_name_robots_and_the_server() -> None:
         ({"loss": 1.5}, "world.radio.loss"),
         ({"capacity_bit_s": 0}, "world.radio.capacity_bit_s"),
         ({"range": 5}, "there is no such setting"),
-        ({"server_place": "roof"}, "world.radio.server_place"),
+        ({"server_place": "roof"}, "world.radio.server_place: 'roof' is no place: write"),
+        ({"server_place": (1.0,)}, "world.radio.server_place: (1.0,) is no place: write"),
     ],
 )
 def test_nonsense_is_refused_with_one_line_that_names_it(radio: dict[str, Any], named: str) -> None:
