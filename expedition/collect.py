@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -11,12 +10,12 @@ from expedition.cast import Stage
 from expedition.pose_graph import pose_graph
 from expedition.results.record import TruthRecord
 from expedition.team import TeamSettings
+from expedition.traffic import traffic_part
 from mapping.grid import CLEAR, OccupancyGrid, classify
 from mapping.scan_integration import IntegrationSettings, integrate_scan
 from protocol.map_cells import map_digest, quantise
 from server.frontiers_left import frontiers_left
 from server.master import Master
-from sim_world.relay import Tally
 from sim_world.world import World
 
 
@@ -115,19 +114,8 @@ def world_part(world: World, stage: Stage, team: TeamSettings) -> dict[str, Any]
         "truth": TruthRecord(geometry, solid, starts),
         "coverage_timeline": np.array(world.judge.timeline).reshape(-1, 2),
         "faults": faults,
-        "bytes": _by(sent, lambda key: key[2]),
-        "bytes_links": _by(sent, lambda key: f"{key[0]}>{key[1]}"),
+        **traffic_part(world.relay),
     }
-
-
-def _by(ledger: dict[tuple[str, str, str], Tally], label: Any) -> dict[str, dict[str, int]]:
-    """Return counts and bytes of a ledger, summed by a label of its keys."""
-    counts: Counter[str] = Counter()
-    sizes: Counter[str] = Counter()
-    for key, tally in ledger.items():
-        counts[label(key)] += tally.count
-        sizes[label(key)] += tally.bytes
-    return {name: {"count": counts[name], "bytes": sizes[name]} for name in sorted(counts)}
 
 
 def launch_part(team: TeamSettings, world: str, version: str) -> dict[str, Any]:

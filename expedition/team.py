@@ -112,6 +112,11 @@ class TeamSettings(_Settings):
                 raise ValueError(
                     f"a fault names the robot {fault.robot!r}: use one of {names_known}"
                 )
+        for name in self.world.radio.names():
+            if name not in known and name != "server":
+                raise ValueError(
+                    f"world.radio names {name!r}: use one of {', '.join(sorted(known))}, server"
+                )
         return self
 
     def members(self) -> tuple[MemberSettings, ...]:

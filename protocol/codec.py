@@ -35,7 +35,7 @@ class Header(NamedTuple):
     Attributes:
         type: the message's type.
         source: name of the process that sent it.
-        to: name of the one it is for, `server`, or `*` for every robot in reach.
+        to: name of the one it is for, `server`, or `*` for everybody in reach.
         sequence: counts the frames from this source to this destination, from 1.
         stamp: mission time of sending [s].
         version: (major, minor) of the protocol.

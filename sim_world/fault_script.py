@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sim_world.relay import Outage
+from sim_world.radio.partitions import Outage
 from sim_world.settings import ScriptedFault
 
 

@@ -13,6 +13,7 @@ from mapping.geometry import Floats, Pose2
 from mapping.grid import GridGeometry, geometry_around
 from sim_world import walls as wall_index
 from sim_world.raycast import cast_grid, cast_segments, clear_rings_of
+from sim_world.wall_crossings import count_solid_runs, count_walls
 from sim_world.walls import Walls
 
 Solid = npt.NDArray[np.bool_]
@@ -36,6 +37,9 @@ class Scene(Protocol):
 
     def collides(self, x: float, y: float, radius: float) -> bool:
         """Whether a disc at (x, y) [m] overlaps anything solid; touching is not overlapping."""
+
+    def walls_between(self, x1: float, y1: float, x2: float, y2: float) -> int:
+        """Return how many solid things the straight line between two points [m] crosses."""
 
     def free_truth(self, resolution: float = TRUTH_RESOLUTION) -> tuple[Solid, GridGeometry]:
         """Return the solid cells (rows, cols) bool of the whole world, for judging maps.
@@ -66,6 +70,10 @@ class WallScene:
     def collides(self, x: float, y: float, radius: float) -> bool:
         """Whether a disc at (x, y) [m] overlaps anything solid."""
         return self.clearance(x, y, radius) < radius
+
+    def walls_between(self, x1: float, y1: float, x2: float, y2: float) -> int:
+        """Return how many walls the straight line between two points [m] crosses."""
+        return count_walls(self.walls, x1, y1, x2, y2)
 
     def free_truth(self, resolution: float = TRUTH_RESOLUTION) -> tuple[Solid, GridGeometry]:
         """Return the solid cells, with a closed rim around the whole world.
@@ -118,6 +126,10 @@ class GridScene:
     def collides(self, x: float, y: float, radius: float) -> bool:
         """Whether a disc at (x, y) [m] overlaps anything solid."""
         return self.clearance(x, y, radius) < radius
+
+    def walls_between(self, x1: float, y1: float, x2: float, y2: float) -> int:
+        """Return how many runs of solid cells the straight line between two points [m] crosses."""
+        return count_solid_runs(self.clear_rings, self.geometry, x1, y1, x2, y2)
 
     def free_truth(self, resolution: float = TRUTH_RESOLUTION) -> tuple[Solid, GridGeometry]:
         """Return the grid's own solid cells; `resolution` is not used."""

@@ -7,16 +7,11 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from protocol.fields import Name, NotNegative, Positive
+from sim_world.radio.settings import RadioSettings
 
 
 class _Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class RadioSettings(_Settings):
-    """The link between robots and server. `perfect` delivers everything at the next instant."""
-
-    model: Literal["perfect"] = "perfect"
 
 
 class ScriptedFault(_Settings):

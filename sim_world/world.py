@@ -34,7 +34,8 @@ from sim_world import kinematics
 from sim_world.fault_script import outages, schedule
 from sim_world.judge import Judge
 from sim_world.lidar import measure
-from sim_world.relay import Relay
+from sim_world.radio.relay import build_relay
+from sim_world.radio.shadowing import Place
 from sim_world.robot_body import RobotBody, RobotSpec, robot_body
 from sim_world.scene import Scene
 from sim_world.settings import WorldSettings
@@ -72,14 +73,17 @@ class World:
         self._lockstep = lockstep
         self._time_limit = time_limit
         self.judge = judge
-        streams = rng.spawn(len(robots) + 1)
+        streams = rng.spawn(len(robots) + 2)
+        radio_rng = streams.pop()
         self._motion_rng = streams[0]
         self.robots = {
             spec.name: robot_body(spec, stream)
             for spec, stream in zip(robots, streams[1:], strict=True)
         }
         self._dropped = FaultBook()
-        self.relay = Relay(tuple(self.robots), outages(settings.faults))
+        cuts = outages(settings.faults)
+        self.relay = build_relay(self.robots, settings.radio, scene, radio_rng, cuts)
+        self._antenna = settings.radio.antenna(robots[0].T_world_start)
         self._faults = schedule(settings.faults)
         self._next_tick = 0.0
         self._next_judging = 0.0
@@ -108,7 +112,12 @@ class World:
         if not self._observing and now > 0.0:
             effects.append(Send("uplink", SERVER, Hello(role="observer")))
         self._move(now)
-        effects += self._strike(now)
+        self.relay.advance(now, self._places())
+        strikes = self._strike(now)
+        effects += [*strikes, *self._deliver(now)]
+        for strike in strikes:  # whoever starts anew misses this instant, and hears the next one
+            if isinstance(strike, Strike) and strike.kind == "restart":
+                self.relay.switch_on(strike.peer)
         effects += self._sense(now)
         effects += self._judge(now)
         self._next_tick = now + 0.5 * self._settings.step_s
@@ -126,6 +135,7 @@ class World:
     def _received(self, event: Received, now: float) -> list[Effect]:
         message, source = event.message, event.header.source
         if isinstance(message, Join):
+            self.relay.switch_on(source)
             return [Send(event.channel, source, self._joined(source, now))]
         if isinstance(message, MotionCommand) and source in self.robots:
             robot = self.robots[source]
@@ -157,6 +167,7 @@ class World:
     def _left(self, peer: str) -> list[Effect]:
         """A process is gone: its body stays where it is; without a server nothing can go on."""
         if peer in self.robots:
+            self.relay.switch_off(peer)
             self.robots[peer].connected = False
             self.robots[peer].command = (0.0, 0.0)
             return [Note("warning", f"the process of {peer} is gone; its body stands still")]
@@ -167,13 +178,26 @@ class World:
     def _pass_on(self, event: Passing, now: float) -> list[Effect]:
         """Relay a frame of the radio, or hear one that the server sends to the judge."""
         header = event.header
-        if event.channel == "radio":
-            receivers = self.relay.carry(header.source, header, event.frame, now)
-            return [PassOn("uplink" if r == SERVER else "radio", r, event.frame) for r in receivers]
-        if header.to == "world":
+        if (event.channel == "uplink") != (header.source == SERVER):
+            # The host sees to it that each speaks under its own name; here, by its own link.
+            reason = f"the {event.channel} is not its own link"
+            return list(self._dropped.enter("a frame", header.source, reason))
+        if event.channel == "uplink" and header.to == "world":
             return self._hear(event)
-        receivers = self.relay.carry(SERVER, header, event.frame, now)
-        return [PassOn("radio", receiver, event.frame) for receiver in receivers]
+        self.relay.carry(header.source, header, event.frame, now)
+        return self._deliver(now) if self.relay.at_once else []
+
+    def _deliver(self, now: float) -> list[Effect]:
+        """Hand over what arrives by radio."""
+        return [
+            PassOn("uplink" if receiver == SERVER else "radio", receiver, frame)
+            for receiver, frame in self.relay.due(now)
+        ]
+
+    def _places(self) -> dict[str, Place]:
+        """Return where the antennas of all robots and the server are, (x, y) [m], world frame."""
+        poses = ((name, robot.motion.T_world_base) for name, robot in self.robots.items())
+        return {SERVER: self._antenna, **{name: (pose.x, pose.y) for name, pose in poses}}
 
     def _hear(self, event: Passing) -> list[Effect]:
         """The judge hears what the server publishes."""
@@ -259,6 +283,7 @@ class World:
             effects.append(Note("info", f"scripted fault at {now:.1f} s: {kind} {name}"))
             if kind in ("kill", "restart"):
                 self.robots[name].connected = False
+                self.relay.switch_off(name)
             effects.append(Strike(name, kind))
         return effects
 

@@ -121,7 +121,11 @@ class RunRecord:
         events: everything else worth a line in the event log, each `{t_s, event, ...}`.
         faults: scripted or real: `{t_s, robot, kind, ...}`.
         bytes: message type -> `{count, bytes}` on the radio.
-        bytes_links: `A>B` -> `{count, bytes}`.
+        bytes_links: `A>B` -> `{count, bytes}`, what was sent.
+        links: `A>B` -> `sent`, `duplicated`, `delivered`, `lost` and `queued`, each `{count,
+            bytes}`, and `types`: message type -> the same, without what is empty.
+        aired: robot or server -> message type -> `{count, bytes}` on the channel, once for a frame
+            to everyone.
         remaining: every frontier left, each `{x_m, y_m, length_m, gain_m2, reason}`, map frame.
         truth: None on a real run.
         config: the whole effective configuration.
@@ -154,6 +158,8 @@ class RunRecord:
     faults: list[Event] = field(default_factory=list)
     bytes: dict[str, dict[str, int]] = field(default_factory=dict)
     bytes_links: dict[str, dict[str, int]] = field(default_factory=dict)
+    links: dict[str, dict[str, Any]] = field(default_factory=dict)
+    aired: dict[str, dict[str, dict[str, int]]] = field(default_factory=dict)
     remaining: list[Event] = field(default_factory=list)
     pose_graph: PoseGraphRecord = field(default_factory=PoseGraphRecord)
     truth: TruthRecord | None = None

@@ -109,8 +109,19 @@ def bytes_card(summary: dict[str, Any]) -> str:
         )
     return (
         '<section class="card"><h2>Radio traffic</h2>'
-        f"{_traffic('message', summary['bytes'])}{links}</section>"
+        f"{_losses(summary['links'])}{_traffic('message', summary['bytes'])}{links}</section>"
     )
+
+
+def _losses(links: dict[str, dict[str, Any]]) -> str:
+    """Return a line on what did not arrive, or nothing where all did."""
+    sent, lost, queued = (
+        sum(link[book]["count"] for link in links.values()) for book in ("sent", "lost", "queued")
+    )
+    if not lost and not queued:
+        return ""
+    late = f", {queued:,} were still on their way at the end" if queued else ""
+    return f'<p class="quiet">{lost:,} of {sent:,} frames were lost{late}.</p>'
 
 
 def _traffic(name: str, ledger: dict[str, dict[str, int]]) -> str:

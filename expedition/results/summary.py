@@ -1,8 +1,9 @@
 """`summary.json`: the key figures of a run, every field always there, null where unknown.
 
 Beyond the agreed fields it holds what helps to understand a run: `reason`, `reachable_m2`,
-`mapped_m2`, `T_world_map`, `time_unit`, `faults`, `bytes_links`, `tasks` (counts of outcomes) and
-`problems` (what could not be computed or written, and why).
+`mapped_m2`, `T_world_map`, `time_unit`, `faults`, `bytes_links`, `links` (the radio's books by link
+and message type), `aired` (what each member sent over the channel), `tasks` (counts of outcomes)
+and `problems` (what could not be computed or written, and why).
 """
 
 from __future__ import annotations
@@ -68,6 +69,8 @@ def summarise(record: RunRecord) -> dict[str, Any]:
         "overlap": _overlap(record),
         "bytes": _ledger(record.bytes),
         "bytes_links": _ledger(record.bytes_links),
+        "links": record.links,
+        "aired": record.aired,
         "tasks": _task_counts(record),
         "faults": record.faults,
         "digest": _attempt("the digest", lambda: run_digest(record.grid, record.robots), problems),

@@ -25,5 +25,15 @@ def test_traffic_has_the_largest_first() -> None:
     html = bytes_card(summarise(full_record()))
     assert html.index("scan_report") < html.index("bid<")
     assert html.count('class="bar"') == 3
-    nothing = {"bytes": {"bid": {"count": 0, "bytes": 0}}, "bytes_links": {}}
+    nothing = {"bytes": {"bid": {"count": 0, "bytes": 0}}, "bytes_links": {}, "links": {}}
     assert "width:0.0%" in bytes_card(nothing)
+
+
+def test_frames_that_did_not_arrive_are_told() -> None:
+    summary = summarise(full_record())
+    assert "lost" not in bytes_card(summary)
+    for queued, late in ((0, "."), (3, ", 3 were still on their way at the end.")):
+        link = {"sent": {"count": 5000}, "lost": {"count": 1200}, "queued": {"count": queued}}
+        assert f"1,200 of 5,000 frames were lost{late}" in bytes_card(
+            {**summary, "links": {"a": link}}
+        )

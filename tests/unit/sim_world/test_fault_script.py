@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from sim_world.fault_script import outages, schedule
-from sim_world.relay import Outage
+from sim_world.radio.partitions import Outage
 from sim_world.settings import ScriptedFault
 
 FAULTS = (

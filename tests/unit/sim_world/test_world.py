@@ -202,6 +202,78 @@ def test_radio_frames_are_passed_on_byte_for_byte() -> None:
     }
 
 
+def test_what_everyone_is_told_the_server_hears_once_it_has_joined() -> None:
+    world = world_of()
+    across = passing("radio", "robot1", "*", PauseRequest(robot="a"))
+    join(world, "server", channel="clock")
+    assert world.handle(across, 0.0) == [
+        PassOn("radio", "robot2", across.frame),
+        PassOn("uplink", "server", across.frame),
+    ]
+
+
+def test_a_radio_that_takes_time_delivers_when_time_has_passed() -> None:
+    world = world_of(radio={"latency_s": 0.15})
+    frame = passing("radio", "robot1", "server", PauseRequest(robot="a"))
+    assert world.handle(frame, 0.1) == []
+    assert PassOn("uplink", "server", frame.frame) not in world.tick(0.1)
+    assert PassOn("uplink", "server", frame.frame) in world.tick(0.2)
+
+
+def test_who_is_in_reach_goes_by_where_bodies_are_and_where_the_server_stands() -> None:
+    radio = {"model": "disc", "range_m": 1.5, "server_place": (2.4, 0.0)}
+    world = world_of(radio=radio)
+    near = passing("radio", "robot2", "server", PauseRequest(robot="a"))
+    far = passing("radio", "robot1", "server", PauseRequest(robot="a"))
+    world.handle(near, 0.1)
+    world.handle(far, 0.1)
+    passed = [e for e in world.tick(0.1) if isinstance(e, PassOn)]
+    assert passed == [PassOn("uplink", "server", near.frame)]
+    assert set(world.relay.ledger.lost) == {("robot1", "server", "pause_request")}
+
+
+def test_nobody_speaks_over_a_link_that_is_not_its_own() -> None:
+    world = world_of()
+    (note,) = world.handle(passing("uplink", "robot1", "world", whole_truth(1)), 0.0)
+    assert isinstance(note, Note)
+    assert "dropped a frame of robot1: the uplink is not its own link" in note.text
+    assert world.handle(passing("uplink", "robot1", "world", whole_truth(1)), 0.0) == []
+    assert world.handle(passing("radio", "server", "robot1", PauseRequest(robot="a")), 0.0) != []
+    assert world.judge.geometry is None
+    assert world.relay.ledger.sent == {}
+
+
+def test_a_killed_robot_hears_nothing_more_and_what_it_had_to_say_is_lost() -> None:
+    faults = (ScriptedFault(at_s=0.2, robot="robot1", kind="kill"),)
+    world = world_of(faults=faults, radio={"capacity_bit_s": 2400.0})
+    join(world, "robot1")
+    frame = passing("radio", "robot1", "server", PauseRequest(robot="a"))  # 0.15 s on the air
+    for _ in range(3):
+        world.handle(frame, 0.1)
+    world.tick(0.1)
+    assert PassOn("uplink", "server", frame.frame) in world.tick(0.2)
+    down = passing("uplink", "server", "robot1", PauseRequest(robot="a"))
+    world.handle(down, 0.3)
+    assert not [e for k in (3, 4, 5) for e in world.tick(k * DT) if isinstance(e, PassOn)]
+    lost = {key: tally.count for key, tally in world.relay.ledger.lost.items()}
+    assert lost == {
+        ("robot1", "server", "pause_request"): 2,
+        ("server", "robot1", "pause_request"): 1,
+    }
+
+
+def test_a_robot_that_starts_anew_misses_one_instant() -> None:
+    faults = (ScriptedFault(at_s=0.2, robot="robot1", kind="restart"),)
+    world = world_of(faults=faults, radio={"model": "disc"})
+    down = passing("uplink", "server", "robot1", PauseRequest(robot="a"))
+    heard_at = []
+    for k in (1, 2, 3):
+        world.handle(down, k * DT)
+        effects = world.tick(k * DT)
+        heard_at += [k for e in effects if isinstance(e, PassOn)]
+    assert heard_at == [1, 3]
+
+
 def test_rubbish_is_noted() -> None:
     (note,) = world_of().handle(Rejected("body", "robot1", "not msgpack"), 0.0)
     assert note == Note("warning", "dropped a frame of robot1: not msgpack")
