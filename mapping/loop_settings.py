@@ -66,6 +66,6 @@ class LoopSettings(BaseModel):
     settle_above: _Positive = 12.0
     settle_every: Annotated[int, Field(ge=1)] = 12
     settle_share: _NotNegative = 0.3
-    reject_above: _Positive = 100.0
+    reject_above: _Positive = 30.0
     redraw_m: _Positive = 0.08
     redraw_deg: _Positive = 0.7

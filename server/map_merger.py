@@ -212,9 +212,13 @@ class MapMerger:
         self.team.settle()
         self._loops.consolidate()
         self.team.settle()
-        graph.reject(self.settings.loops.reject_above)
+        self.reject_wrong()
         self._settled = len(graph.edges)
         return self._redraw()
+
+    def reject_wrong(self) -> None:
+        """Take comparisons out of the graph that all others contradict; no pose moves."""
+        self.team.graph.reject(self.settings.loops.reject_above)
 
     def track(self, name: str) -> Floats:
         """Return the corrected poses of a robot, (n, 4): stamp, x, y, theta, map frame."""

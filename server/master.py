@@ -293,6 +293,7 @@ class Master:
     def _farewell(self) -> list[Effect]:
         """Leave, after the last words of the robots were heard."""
         assert self.ended is not None
+        self.merger.reject_wrong()
         self.roster.finish()
         finished = Finished(ended=self.ended, reason=self.reason)
         return [Send("clock", "world", finished), Stop(self.ended)]
