@@ -1,0 +1,277 @@
+"""Keeps the observation logs of a team the same, with no master, over any links: sans-I/O.
+
+Messages and time in, messages out. A member broadcasts what it observes, in batches; sees by the
+numbers what it lacks, and by what others announce that they hold; asks one peer for it; and answers
+from all that it holds, its own or not. So what one robot saw reaches all that are linked to it by
+any chain of others, also when it is gone itself.
+
+`log_intake` says what is believed, `standing` what becomes of those who tell what cannot be. A peer
+that is isolated is neither heard nor answered nor asked.
+
+Source: Pfingsthorn et al. 2007, section 2; anti-entropy by version vectors, Demers et al. 1987,
+section 1.3.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from protocol.effects import Note
+from protocol.log_announcing import Announcing
+from protocol.log_answering import ENTRY_OVERHEAD, FRAME_OVERHEAD, Answering
+from protocol.log_asking import Asking
+from protocol.log_intake import Intake
+from protocol.log_messages import (
+    ENTRIES_IN_FRAME,
+    RANGES_IN_FRAME,
+    LogHave,
+    LogMessage,
+    Observations,
+    PoseSet,
+    authors_of,
+    listing,
+    observations,
+    pose_set,
+)
+from protocol.log_peers import Claim, Peers
+from protocol.log_settings import LogSyncSettings
+from protocol.messages import EVERYONE
+from protocol.observation_log import Author, Entry, ObservationLog
+from protocol.pose_coding import PoseSteps, PoseTable
+from protocol.standing import Standing
+
+
+class Outgoing(NamedTuple):
+    """A message for one peer, or for `*`."""
+
+    to: str
+    message: LogMessage
+
+
+class LogSync:
+    """One member's part.
+
+    Args:
+        log: what it holds, empty or restored; what is in its own log counts as told.
+        settings: how often and how much.
+        rng: for the instants at which it speaks.
+        now: mission time [s].
+        team: names of all robots that can be authors; empty for anyone.
+
+    Attributes:
+        log: what it holds.
+        standing: the faults of its peers.
+        notes: lines for the log file; take them away with `take_notes`.
+    """
+
+    def __init__(
+        self,
+        log: ObservationLog,
+        settings: LogSyncSettings,
+        rng: np.random.Generator,
+        now: float = 0.0,
+        team: tuple[str, ...] = (),
+    ) -> None:
+        self.log = log
+        self.settings = settings
+        self.standing = Standing(settings.faults_to_isolate, settings.faults_window_s)
+        self.notes: list[Note] = []
+        self.peers = Peers(settings.away_s)
+        self.intake = Intake(log, self.peers, settings, team)
+        self.asking = Asking(log, self.peers, settings, rng)
+        self.answering = Answering(log, settings)
+        self._announcing = Announcing(
+            settings.announce_period_s, settings.announce_period_max_s, rng, now
+        )
+        self._told = log.own.count  # own entries that were broadcast
+        self._told_version = log.own.version
+        self._batch_due: float | None = None
+        self._differing: dict[Author, None] = {}
+
+    @property
+    def overtaken(self) -> bool:
+        """Whether others hold more of this life than this member: it must begin a new one."""
+        return self.intake.overtaken
+
+    def append(self, payload: bytes, pose: PoseSteps, now: float) -> int:
+        """Write an observation of one's own; return its number. It is told with the next batch.
+
+        Raises:
+            ValueError: the payload is larger than anybody would take.
+        """
+        if len(payload) > self.settings.payload_bytes_most:
+            raise ValueError(f"a payload of {len(payload)} bytes is too large")
+        number = self.log.append(payload, pose)
+        self._to_tell(now)
+        return number
+
+    def revise(self, poses: PoseTable, now: float) -> None:
+        """Replace all poses (n, 3) of one's own entries. They are told with the next batch."""
+        self.log.revise(poses)
+        self._to_tell(now)
+
+    def handle(self, peer: str, message: LogMessage, now: float) -> list[Outgoing]:
+        """Take a peer's message; return what is to be sent at once."""
+        if peer in self.standing.isolated or peer == self.log.me.robot:
+            return []
+        if self.peers.hear(peer, now):
+            self._announcing.contact(now)
+        try:
+            if isinstance(message, Observations):
+                self._observations(peer, message, now)
+            elif isinstance(message, PoseSet):
+                self._pose_set(peer, message, now)
+            elif isinstance(message, LogHave):
+                self._have(peer, message, now)
+            else:
+                self.answering.take(peer, message, now)
+        except ValueError as error:
+            self.fault(peer, str(error), now)
+        self.asking.schedule(now)
+        return []
+
+    def fault(self, peer: str, reason: str, now: float) -> None:
+        """Count a fault of a peer; frames that cannot even be read may be counted here, too."""
+        self.notes += self.standing.fault(peer, reason, now)
+        if peer in self.standing.isolated:
+            self.peers.forget(peer)
+            self.answering.forget(peer)
+
+    def tick(self, now: float) -> list[Outgoing]:
+        """Return what is due to be sent at mission time `now` [s]."""
+        sent: list[Outgoing] = []
+        if self._batch_due is not None and now >= self._batch_due:
+            sent += self._tell()
+        if self.asking.due is not None and now >= self.asking.due:
+            sent += [Outgoing(*request) for request in self.asking.ask(now)]
+        if self.answering.due is not None and now >= self.answering.due:
+            sent += [Outgoing(*answer) for answer in self.answering.answer(now)]
+        if now >= self._announcing.due and self._announcing.speak(now):
+            sent.append(Outgoing(EVERYONE, self._announcement()))
+        return sent
+
+    def next_deadline(self) -> float:
+        """Return the mission time [s] at which `tick` is due next."""
+        due = (self._batch_due, self.asking.due, self.answering.due, self._announcing.due)
+        return min(at for at in due if at is not None)
+
+    def take_notes(self) -> list[Note]:
+        """Return the lines since the last call."""
+        notes, self.notes = self.notes, []
+        return notes
+
+    # --- telling ---------------------------------------------------------------------------------
+
+    def _to_tell(self, now: float) -> None:
+        """Something of one's own is to be told: with a batch, sooner if a frame is full."""
+        self._announcing.change()
+        if self._batch_due is None:
+            self._batch_due = now + self.settings.batch_period_s
+        waiting = range(self._told + 1, self.log.own.count + 1)
+        entries = self.log.own.entries
+        size = sum(len(entries[n].what.payload) + ENTRY_OVERHEAD for n in waiting)
+        if size + FRAME_OVERHEAD >= self.settings.frame_bytes or len(waiting) >= ENTRIES_IN_FRAME:
+            self._batch_due = now
+
+    def _tell(self) -> list[Outgoing]:
+        """Broadcast what was not told yet: entries, then the newest poses."""
+        me, own, sent = self.log.me, self.log.own, []
+        told: list[tuple[int, Entry]] = []
+        for number in range(self._told + 1, own.count + 1):
+            entry = own.entries[number].what
+            if told and told[-1][1].version != entry.version:
+                sent.append(observations(me, told, me.robot, told[-1][1].version))
+                told = []
+            told.append((number, entry))
+        if told:
+            sent.append(observations(me, told, me.robot, told[-1][1].version))
+        messages: list[LogMessage] = list(sent)
+        if own.version > self._told_version:
+            messages.append(pose_set(me, own.version, own.poses, me.robot))
+        self._told, self._told_version, self._batch_due = own.count, own.version, None
+        return [Outgoing(EVERYONE, message) for message in messages]
+
+    def _announcement(self) -> LogHave:
+        """Return the message that says what is held, as far as it was told."""
+        authors = self.log.authors()
+        logs = [self.log.of(author) for author in authors]
+        counts = [log.count for log in logs]
+        versions = [log.version for log in logs]
+        mine = authors.index(self.log.me)
+        # What waits for the next batch must not look as if it was lost.
+        counts[mine], versions[mine] = self._told, self._told_version
+        beyond = [(i, *held) for i, log in enumerate(logs) for held in log.beyond()]
+        return LogHave(
+            **listing(authors),
+            counts=tuple(counts),
+            versions=tuple(versions),
+            sums=tuple(log.checksum(count) for log, count in zip(logs, counts, strict=True)),
+            beyond=tuple(beyond[:RANGES_IN_FRAME]),
+        )
+
+    # --- hearing ---------------------------------------------------------------------------------
+
+    def _observations(self, peer: str, message: Observations, now: float) -> None:
+        """Take a peer's entries."""
+        self._blame(self.intake.entries(peer, message, now), now)
+        self._heard(peer, Author(message.author or peer, message.life), message.numbers, now)
+
+    def _pose_set(self, peer: str, message: PoseSet, now: float) -> None:
+        """Take a peer's pose revision."""
+        self._blame(self.intake.revision(peer, message, now), now)
+        self._heard(peer, Author(message.author or peer, message.life), (0,), now)
+
+    def _blame(self, faults: list[tuple[str, str]], now: float) -> None:
+        """Count the faults that a message shows."""
+        for peer, reason in faults:
+            self.fault(peer, reason, now)
+
+    def _heard(self, peer: str, author: Author, numbers: tuple[int, ...], now: float) -> None:
+        """Something was told: nobody need ask for it, or answer with it, any more."""
+        self._announcing.change()
+        self.asking.arrived(author, numbers, peer, now)
+        self.answering.overheard(author, numbers)
+
+    def _have(self, peer: str, message: LogHave, now: float) -> None:
+        """Take what a peer says it holds."""
+        authors = authors_of(message)
+        claims = {}
+        for index, author in enumerate(authors):
+            if not self.intake.admits(author, peer, now, strict=False):
+                continue
+            beyond = [(a, b) for i, a, b in message.beyond if i == index]
+            claim = Claim(message.counts[index], message.versions[index], tuple(sorted(beyond)))
+            if author == self.log.me:
+                self.intake.overtaken |= claim.top > self.log.own.count
+            self.peers.known[peer].claims[author] = claims[author] = claim
+            if author.robot == peer and self.peers.lives(author, now):
+                self.intake.hear_version(author, claim.version, now)
+            self._compare(peer, author, claim, message.sums[index], now)
+        told = [(author, *self._held(author)) for author in self.log.authors()]
+        nothing = Claim()
+        known = [(claims.get(author, nothing), top, version) for author, top, version in told]
+        covers = all(c.count >= top and c.version >= version for c, top, version in known)
+        lacks = any(c.top < top or c.version < version for c, top, version in known)
+        self._announcing.hear(covers, lacks, now)
+
+    def _held(self, author: Author) -> tuple[int, int]:
+        """Return the highest number and version held of an author, as far as it was told."""
+        if author == self.log.me:
+            return self._told, self._told_version
+        log = self.log.of(author)
+        return log.top, log.version
+
+    def _compare(self, peer: str, author: Author, claim: Claim, checksum: int, now: float) -> None:
+        """Compare a peer's checksum with what is held, where both hold the same."""
+        log = self.log.of(author)
+        comparable = 0 < claim.count <= log.count and claim.version == log.version
+        if author == self.log.me or not comparable or checksum == log.checksum(claim.count):
+            return
+        if self.peers.lives(author, now):
+            self.asking.doubt(author, claim.count, now)
+        elif author not in self._differing:
+            self._differing[author] = None
+            text = f"{peer} and this robot hold different logs of {author.robot}, who is gone"
+            self.notes.append(Note("warning", text))
