@@ -39,28 +39,34 @@ class Announcing:
         self.due = now
         self._begin(shortest, now)
 
-    def change(self) -> None:
-        """Something new is held: the next interval is a short one."""
+    def change(self, now: float) -> None:
+        """Something new is held, or lacking: this interval is a short one, and so is the next."""
         self._changed = True
+        if self._interval > self._shortest:
+            self._begin(self._shortest, now)
 
     def contact(self, now: float) -> None:
         """A peer is here that was away: speak soon."""
         self._needed = True
         self.due = min(self.due, now + float(self._rng.uniform(*_CONTACT)))
 
-    def hear(self, covers: bool, lacks: bool, now: float) -> None:
+    def hear(self, covers: bool, lacks: bool, back: bool, now: float) -> None:
         """Somebody announced what it holds.
 
         Args:
-            covers: it holds all that this member does.
-            lacks: it does not know of something that this member holds.
+            covers: it holds all that this member would have to speak of.
+            lacks: it does not know of something that this member would have to speak of.
+            back: it was away.
             now: mission time [s].
         """
         self._covered |= covers
-        self._needed |= lacks
-        if lacks and self._interval > self._shortest:
+        if not lacks:
+            return
+        if back:
+            self.contact(now)
+        elif self._interval > self._shortest:
             self._begin(self._shortest, now)
-            self._needed = True
+        self._needed = True
 
     def speak(self, now: float) -> bool:
         """Begin the next interval; return whether to announce now."""

@@ -37,12 +37,12 @@ class Answering:
 
     Attributes:
         due: when `answer` is due [s], or None.
-        wanted: by peer, what it wants and did not get yet; dicts for their order.
+        wanted: by peer, what it wants and did not get yet, and when it asked [s].
     """
 
     def __init__(self, log: ObservationLog, settings: LogSyncSettings) -> None:
         self.due: float | None = None
-        self.wanted: dict[str, dict[Key, None]] = {}
+        self.wanted: dict[str, dict[Key, float]] = {}
         self._log = log
         self._settings = settings
         self._budget = 0.0  # [bytes]
@@ -59,17 +59,16 @@ class Answering:
         for index, author in enumerate(authors):
             log = self._log.of(author)
             if 0 < message.versions[index] <= log.version:
-                wanted[author, 0] = None
+                wanted.setdefault((author, 0), now)
             ranges = [(first, last) for i, first, last in message.ranges if i == index]
             for number in numbers_of(ranges, self._settings.request_entries):
                 if len(wanted) > 2 * self._settings.request_entries:
                     break
                 if number in log.entries:
-                    wanted[author, number] = None
+                    wanted.setdefault((author, number), now)
         if not wanted:
             del self.wanted[peer]
-        elif self.due is None:
-            self.due = now + self._settings.answer_delay_s
+        self._schedule(now)
 
     def overheard(self, author: Author, numbers: tuple[int, ...]) -> None:
         """Somebody else told this to all: it need not be told again."""
@@ -88,16 +87,33 @@ class Answering:
             if self._log.of(author).revision is None:  # it was forged, and dropped
                 self.overheard(author, (0,))
         answers: list[tuple[str, Observations | PoseSet]] = []
-        while self.wanted and self._budget > 0.0:
-            to, message, size = self._next()
+        ripe = now - self._settings.answer_delay_s
+        while self._budget > 0.0 and (peer := self._turn(ripe)) is not None:
+            to, message, size = self._next(peer, ripe)
             self._budget -= size
             answers.append((to, message))
-        self.due = now + max(0.1, -self._budget / rate) if self.wanted else None
+        self._schedule(now)
         return answers
 
-    def _next(self) -> tuple[str, Observations | PoseSet, int]:
-        """Return the next answer, whom it is for and its size: for the peer whose turn it is."""
-        peer = next(iter(self.wanted))
+    def _turn(self, ripe: float) -> str | None:
+        """Return the peer whose turn it is, of those that asked by `ripe` [s], or None."""
+        peers = (peer for peer, wanted in self.wanted.items() if self._oldest(wanted) <= ripe)
+        return next(peers, None)
+
+    def _oldest(self, wanted: dict[Key, float]) -> float:
+        """Return when a peer asked for the first of what it wants [s]."""
+        return next(iter(wanted.values()))
+
+    def _schedule(self, now: float) -> None:
+        """Set when to answer next."""
+        self.due = None
+        if self.wanted:
+            ripe = min(map(self._oldest, self.wanted.values())) + self._settings.answer_delay_s
+            self.due = max(ripe, self._filled - self._budget / self._settings.answer_bytes_s)
+            self.due = max(self.due, now + 0.01)
+
+    def _next(self, peer: str, ripe: float) -> tuple[str, Observations | PoseSet, int]:
+        """Return the next answer to a peer, whom else it is for, and its size."""
         author, number = next(iter(self.wanted[peer]))
         several = self._several((author, number))
         log, robot = self._log.of(author), self._log.me.robot
@@ -108,7 +124,7 @@ class Answering:
             keys = [(author, 0)]
         else:
             version = log.entries[number].what.version
-            told, size = self._batch(self._alike(peer, author, version, several))
+            told, size = self._batch(self._alike(peer, (author, version), several, ripe))
             message = observations(author, told, robot, version)
             keys = [(author, n) for n, _ in told]
         self.wanted[peer] = self.wanted.pop(peer)  # the others' turn
@@ -116,11 +132,13 @@ class Answering:
         return EVERYONE if several else peer, message, size
 
     def _alike(
-        self, peer: str, author: Author, version: int, several: bool
+        self, peer: str, source: tuple[Author, int], several: bool, ripe: float
     ) -> Iterator[tuple[int, Entry]]:
-        """Yield what can go in the same frame, ascending."""
+        """Yield what can go in the same frame: of one author and version, ascending."""
+        author, version = source
         entries = self._log.of(author).entries
-        for number in sorted(n for a, n in self.wanted[peer] if a == author and n):
+        asked = self.wanted[peer].items()
+        for number in sorted(n for (a, n), at in asked if a == author and n and at <= ripe):
             entry = entries[number].what
             if entry.version == version and self._several((author, number)) == several:
                 yield number, entry

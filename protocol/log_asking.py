@@ -69,6 +69,11 @@ class Asking:
         self._doubted: dict[Key, None] = {}
         self._doubted_at: dict[Author, float] = {}
 
+    @property
+    def lacking(self) -> bool:
+        """Whether something is lacking, asked for or not yet."""
+        return self._noticed is not None or bool(self.asked)
+
     def doubt(self, author: Author, upto: int, now: float) -> bool:
         """Ask the author, who is here, for all that others told of it; return whether it is new.
 
@@ -105,10 +110,12 @@ class Asking:
         """Set when to ask next, after anything that may have changed what is lacking."""
         waiting = [asked.deadline for asked in self.asked.values() if asked.deadline > now]
         expiry = min(waiting) if waiting else None
+        many, patience = self._settings.request_many, self._settings.request_patience_s
+        if expiry is not None and len(waiting) < many:
+            expiry = (expiry // patience + 1.0) * patience + self._jitter
         if len(waiting) > self._settings.request_entries // 2:
             self.due = expiry
             return
-        many, patience = self._settings.request_many, self._settings.request_patience_s
         lacking = len(self._lacking(now, many))
         if not lacking:
             self._noticed, self.due = None, expiry
@@ -117,10 +124,10 @@ class Asking:
             self._noticed = now
         if lacking >= many:
             due = max(now, self._last) + _SOON
-        else:
-            due = max(self._noticed, self._last) + patience
+        else:  # all ask at about the same time, so that one answer serves several
+            due = (now // patience + 1.0) * patience
         due += self._jitter
-        self.due = due if self.due is None or self.due <= now else min(self.due, due)
+        self.due = min(due, np.inf if self.due is None else self.due)
 
     def ask(self, now: float) -> list[tuple[str, LogWant]]:
         """Return what is asked of whom now."""

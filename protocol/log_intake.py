@@ -174,9 +174,10 @@ class Intake:
 
     def _check_leap(self, peer: str, author: Author, number: int) -> None:
         """Check that a peer's numbers do not leap."""
-        claim = self._peers.known[peer].claims.get(author)
+        speaker = self._peers.known[peer]
+        claim = speaker.claims.get(author)
         top = max(claim.top if claim else number, self._log.of(author).top)
-        if number > top + self._settings.window_entries:
+        if speaker.introduced and number > top + self._settings.window_entries:
             raise ValueError("numbers that leap")
 
     def _take(

@@ -31,7 +31,7 @@ Data = Annotated[npt.NDArray[np.uint8], ArrayField("uint8", (None,), DATA_IN_FRA
 Steps = Annotated[npt.NDArray[np.int32], ArrayField("int32", (None, 3), 3 * ENTRIES_IN_FRAME)]
 Authors = Annotated[tuple[Name, ...], Field(max_length=AUTHORS_IN_FRAME)]
 Tallies = Annotated[tuple[Tally, ...], Field(max_length=AUTHORS_IN_FRAME)]
-Ranges = Annotated[tuple[tuple[Tally, Number, Number], ...], Field(max_length=RANGES_IN_FRAME)]
+NumberRanges = Annotated[tuple[tuple[Tally, Number, Number], ...], Field(max_length=RANGES_IN_FRAME)]
 
 
 class Observations(Message):
@@ -80,7 +80,7 @@ class LogHave(Message):
     counts: Tallies
     versions: Tallies
     sums: Annotated[tuple[Checksum, ...], Field(max_length=AUTHORS_IN_FRAME)]
-    beyond: Ranges = ()
+    beyond: NumberRanges = ()
 
 
 class LogWant(Message):
@@ -94,7 +94,7 @@ class LogWant(Message):
     authors: Authors
     lives: Tallies
     versions: Tallies
-    ranges: Ranges = ()
+    ranges: NumberRanges = ()
 
 
 LogMessage = Observations | PoseSet | LogHave | LogWant

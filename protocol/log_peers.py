@@ -41,11 +41,13 @@ class Peer:
     Attributes:
         heard: when something last came from it [s].
         life: the newest life that it said it lives; -1 before it did.
+        introduced: it has said what it holds since it was away.
         claims: what it says it holds.
     """
 
     heard: float
     life: int = -1
+    introduced: bool = False
     claims: dict[Author, Claim] = field(default_factory=dict)
 
 
@@ -53,12 +55,14 @@ class Peers:
     """All peers.
 
     Args:
-        away: a peer that was not heard for longer is away [s]; what it held is no longer known.
+        away: a peer that was not heard for longer is away [s]: others speak for it.
+        gone: one that was not heard for longer is gone [s]: it is not asked any more.
     """
 
-    def __init__(self, away: float) -> None:
+    def __init__(self, away: float, gone: float) -> None:
         self.known: dict[str, Peer] = {}
         self._away = away
+        self._gone = gone
 
     def hear(self, name: str, now: float) -> bool:
         """Note that a peer spoke; return whether it was away, or never there."""
@@ -70,8 +74,7 @@ class Peers:
             self.known[name] = Peer(now)
             return True
         back = now - peer.heard > self._away
-        if back:
-            peer.claims.clear()
+        peer.introduced &= not back
         peer.heard = max(peer.heard, now)
         return back
 
@@ -81,8 +84,8 @@ class Peers:
         return peer is not None and now - peer.heard <= self._away
 
     def present(self, now: float) -> list[str]:
-        """Return who was heard lately, sorted."""
-        return [name for name in sorted(self.known) if self.here(name, now)]
+        """Return who is not gone, sorted."""
+        return [name for name in sorted(self.known) if now - self.known[name].heard <= self._gone]
 
     def life(self, name: str, now: float) -> int:
         """Return the newest life that a peer told; -1 of one that did not, or is away."""
@@ -97,7 +100,7 @@ class Peers:
         return self.known[name].claims.setdefault(author, Claim())
 
     def claims(self, author: Author, now: float) -> dict[str, Claim]:
-        """Return the claims of those present that hold something of an author, by name."""
+        """Return the claims of those not gone that hold something of an author, by name."""
         return {
             name: claim
             for name in self.present(now)

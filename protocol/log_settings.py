@@ -44,7 +44,7 @@ class LogSyncSettings(BaseModel):
     request_patience_s: Positive = 4.0
     request_entries: Least1 = 256
     request_timeout_s: Positive = 3.0
-    backoff_max_s: Positive = 30.0
+    backoff_max_s: Positive = 10.0
     answer_delay_s: Positive = 0.5
     answer_bytes_s: Positive = 20_000.0
     broadcast_from: Annotated[int, Field(ge=1)] = 2

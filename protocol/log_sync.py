@@ -39,7 +39,7 @@ from protocol.log_peers import Claim, Peers
 from protocol.log_settings import LogSyncSettings
 from protocol.messages import EVERYONE
 from protocol.observation_log import Author, Entry, ObservationLog
-from protocol.pose_coding import PoseSteps, PoseTable
+from protocol.pose_coding import PoseSteps, PoseTable, within_reach
 from protocol.standing import Standing
 
 
@@ -78,7 +78,9 @@ class LogSync:
         self.settings = settings
         self.standing = Standing(settings.faults_to_isolate, settings.faults_window_s)
         self.notes: list[Note] = []
-        self.peers = Peers(settings.away_s)
+        self.peers = Peers(
+            settings.away_s, settings.away_s + 1.5 * settings.announce_period_max_s
+        )
         self.intake = Intake(log, self.peers, settings, team)
         self.asking = Asking(log, self.peers, settings, rng)
         self.answering = Answering(log, settings)
@@ -99,8 +101,9 @@ class LogSync:
         """Write an observation of one's own; return its number. It is told with the next batch.
 
         Raises:
-            ValueError: the payload is larger than anybody would take.
+            ValueError: the payload is larger, or the pose farther out, than anybody would take.
         """
+        self._check_reach(np.array([pose], dtype=np.int32))
         if len(payload) > self.settings.payload_bytes_most:
             raise ValueError(f"a payload of {len(payload)} bytes is too large")
         number = self.log.append(payload, pose)
@@ -108,7 +111,12 @@ class LogSync:
         return number
 
     def revise(self, poses: PoseTable, now: float) -> None:
-        """Replace all poses (n, 3) of one's own entries. They are told with the next batch."""
+        """Replace all poses (n, 3) of one's own entries. They are told with the next batch.
+
+        Raises:
+            ValueError: not one pose for each entry, or one farther out than anybody would take.
+        """
+        self._check_reach(poses)
         self.log.revise(poses)
         self._to_tell(now)
 
@@ -116,7 +124,8 @@ class LogSync:
         """Take a peer's message; return what is to be sent at once."""
         if peer in self.standing.isolated or peer == self.log.me.robot:
             return []
-        if self.peers.hear(peer, now):
+        back = self.peers.hear(peer, now)
+        if back and not isinstance(message, LogHave):
             self._announcing.contact(now)
         try:
             if isinstance(message, Observations):
@@ -124,7 +133,7 @@ class LogSync:
             elif isinstance(message, PoseSet):
                 self._pose_set(peer, message, now)
             elif isinstance(message, LogHave):
-                self._have(peer, message, now)
+                self._have(peer, message, back, now)
             else:
                 self.answering.take(peer, message, now)
         except ValueError as error:
@@ -148,8 +157,11 @@ class LogSync:
             sent += [Outgoing(*request) for request in self.asking.ask(now)]
         if self.answering.due is not None and now >= self.answering.due:
             sent += [Outgoing(*answer) for answer in self.answering.answer(now)]
-        if now >= self._announcing.due and self._announcing.speak(now):
-            sent.append(Outgoing(EVERYONE, self._announcement()))
+        if now >= self._announcing.due:
+            if self.asking.lacking:
+                self._announcing.change(now)
+            if self._announcing.speak(now):
+                sent.append(Outgoing(EVERYONE, self._announcement()))
         return sent
 
     def next_deadline(self) -> float:
@@ -164,9 +176,14 @@ class LogSync:
 
     # --- telling ---------------------------------------------------------------------------------
 
+    def _check_reach(self, poses: PoseTable) -> None:
+        """Check that the others will take these poses."""
+        if not within_reach(poses, self.settings.reach_m):
+            raise ValueError(f"poses beyond {self.settings.reach_m} m, or angles not wrapped")
+
     def _to_tell(self, now: float) -> None:
         """Something of one's own is to be told: with a batch, sooner if a frame is full."""
-        self._announcing.change()
+        self._announcing.change(now)
         if self._batch_due is None:
             self._batch_due = now + self.settings.batch_period_s
         waiting = range(self._told + 1, self.log.own.count + 1)
@@ -215,13 +232,21 @@ class LogSync:
 
     def _observations(self, peer: str, message: Observations, now: float) -> None:
         """Take a peer's entries."""
+        author = Author(message.author or peer, message.life)
+        before = len(self.log.of(author).entries)
         self._blame(self.intake.entries(peer, message, now), now)
-        self._heard(peer, Author(message.author or peer, message.life), message.numbers, now)
+        self._heard(peer, author, message.numbers, now)
+        if len(self.log.of(author).entries) > before:
+            self._announcing.change(now)
 
     def _pose_set(self, peer: str, message: PoseSet, now: float) -> None:
         """Take a peer's pose revision."""
+        author = Author(message.author or peer, message.life)
+        before = self.log.of(author).version
         self._blame(self.intake.revision(peer, message, now), now)
-        self._heard(peer, Author(message.author or peer, message.life), (0,), now)
+        self._heard(peer, author, (0,), now)
+        if self.log.of(author).version > before:
+            self._announcing.change(now)
 
     def _blame(self, faults: list[tuple[str, str]], now: float) -> None:
         """Count the faults that a message shows."""
@@ -230,12 +255,11 @@ class LogSync:
 
     def _heard(self, peer: str, author: Author, numbers: tuple[int, ...], now: float) -> None:
         """Something was told: nobody need ask for it, or answer with it, any more."""
-        self._announcing.change()
         self.asking.arrived(author, numbers, peer, now)
         self.answering.overheard(author, numbers)
 
-    def _have(self, peer: str, message: LogHave, now: float) -> None:
-        """Take what a peer says it holds."""
+    def _have(self, peer: str, message: LogHave, back: bool, now: float) -> None:
+        """Take what a peer says it holds, who may be back from away."""
         authors = authors_of(message)
         claims = {}
         for index, author in enumerate(authors):
@@ -245,23 +269,31 @@ class LogSync:
             claim = Claim(message.counts[index], message.versions[index], tuple(sorted(beyond)))
             if author == self.log.me:
                 self.intake.overtaken |= claim.top > self.log.own.count
+            self.peers.known[peer].introduced = True
             self.peers.known[peer].claims[author] = claims[author] = claim
             if author.robot == peer and self.peers.lives(author, now):
                 self.intake.hear_version(author, claim.version, now)
             self._compare(peer, author, claim, message.sums[index], now)
-        told = [(author, *self._held(author)) for author in self.log.authors()]
-        nothing = Claim()
-        known = [(claims.get(author, nothing), top, version) for author, top, version in told]
-        covers = all(c.count >= top and c.version >= version for c, top, version in known)
-        lacks = any(c.top < top or c.version < version for c, top, version in known)
-        self._announcing.hear(covers, lacks, now)
+        covers, lacks = self._covers(claims, now)
+        self._announcing.hear(covers, lacks, back, now)
 
-    def _held(self, author: Author) -> tuple[int, int]:
-        """Return the highest number and version held of an author, as far as it was told."""
-        if author == self.log.me:
-            return self._told, self._told_version
-        log = self.log.of(author)
-        return log.top, log.version
+    def _covers(self, claims: dict[Author, Claim], now: float) -> tuple[bool, bool]:
+        """Return whether a peer with these claims can speak for this member, and lacks news of it.
+
+        Of another author that is here neither matters: it will tell its news itself.
+        """
+        covers, lacks, nothing = True, False, Claim()
+        for author in self.log.authors():
+            claim = claims.get(author, nothing)
+            if author == self.log.me:
+                news = claim.top < self._told or claim.version < self._told_version
+                covers &= not news
+                lacks |= news and self._batch_due is None
+            elif not self.peers.lives(author, now):
+                log = self.log.of(author)
+                covers &= claim.count >= log.top and claim.version >= log.version
+                lacks |= claim.top < log.top or claim.version < log.version
+        return covers, lacks
 
     def _compare(self, peer: str, author: Author, claim: Claim, checksum: int, now: float) -> None:
         """Compare a peer's checksum with what is held, where both hold the same."""
