@@ -21,7 +21,7 @@ from protocol.observation_log import Author, ObservationLog
 
 Key = tuple[Author, int]  # number 0 stands for the author's newest revision
 
-_SOON = 0.2  # [s]; how long a member that lacks a lot waits for more news, at least
+_SOON = 1.0  # [s]; how long a member that lacks a lot waits until all have said what they hold
 _JITTER = 0.3  # [s]; so that not all ask at the same instant
 _GROWTH = 1.5  # of the time-out with every attempt
 _PATIENT = 8  # so often an author is asked for its own word on something that is held

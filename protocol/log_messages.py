@@ -31,7 +31,9 @@ Data = Annotated[npt.NDArray[np.uint8], ArrayField("uint8", (None,), DATA_IN_FRA
 Steps = Annotated[npt.NDArray[np.int32], ArrayField("int32", (None, 3), 3 * ENTRIES_IN_FRAME)]
 Authors = Annotated[tuple[Name, ...], Field(max_length=AUTHORS_IN_FRAME)]
 Tallies = Annotated[tuple[Tally, ...], Field(max_length=AUTHORS_IN_FRAME)]
-NumberRanges = Annotated[tuple[tuple[Tally, Number, Number], ...], Field(max_length=RANGES_IN_FRAME)]
+NumberRanges = Annotated[
+    tuple[tuple[Tally, Number, Number], ...], Field(max_length=RANGES_IN_FRAME)
+]
 
 
 class Observations(Message):
@@ -46,8 +48,8 @@ class Observations(Message):
     author: Name | None = None
     life: Tally
     version: Tally
-    numbers: Annotated[tuple[Number, ...], Field(min_length=1, max_length=ENTRIES_IN_FRAME)]
-    sizes: Annotated[tuple[Tally, ...], Field(min_length=1, max_length=ENTRIES_IN_FRAME)]
+    numbers: Annotated[tuple[Number, ...], Field(max_length=ENTRIES_IN_FRAME)]
+    sizes: Annotated[tuple[Tally, ...], Field(max_length=ENTRIES_IN_FRAME)]
     poses: Steps
     data: Data
 
@@ -141,7 +143,7 @@ def entries_of(message: Observations) -> list[tuple[int, Entry]]:
         ValueError: its parts do not fit each other.
     """
     numbers, sizes = message.numbers, message.sizes
-    if not len(numbers) == len(sizes) == len(message.poses):
+    if not 0 < len(numbers) == len(sizes) == len(message.poses):
         raise ValueError("parts that do not fit: numbers, sizes and poses")
     if any(after <= before for before, after in pairwise(numbers)):
         raise ValueError("numbers that do not ascend")

@@ -78,9 +78,7 @@ class LogSync:
         self.settings = settings
         self.standing = Standing(settings.faults_to_isolate, settings.faults_window_s)
         self.notes: list[Note] = []
-        self.peers = Peers(
-            settings.away_s, settings.away_s + 1.5 * settings.announce_period_max_s
-        )
+        self.peers = Peers(settings.away_s, settings.away_s + 1.5 * settings.announce_period_max_s)
         self.intake = Intake(log, self.peers, settings, team)
         self.asking = Asking(log, self.peers, settings, rng)
         self.answering = Answering(log, settings)
@@ -274,13 +272,14 @@ class LogSync:
             if author.robot == peer and self.peers.lives(author, now):
                 self.intake.hear_version(author, claim.version, now)
             self._compare(peer, author, claim, message.sums[index], now)
-        covers, lacks = self._covers(claims, now)
+        covers, lacks = self._covers(peer, claims, now)
         self._announcing.hear(covers, lacks, back, now)
 
-    def _covers(self, claims: dict[Author, Claim], now: float) -> tuple[bool, bool]:
+    def _covers(self, peer: str, claims: dict[Author, Claim], now: float) -> tuple[bool, bool]:
         """Return whether a peer with these claims can speak for this member, and lacks news of it.
 
-        Of another author that is here neither matters: it will tell its news itself.
+        Of another author that is here neither matters: it will tell its news itself, unless it
+        was restored from an old copy and does not know them.
         """
         covers, lacks, nothing = True, False, Claim()
         for author in self.log.authors():
@@ -289,7 +288,7 @@ class LogSync:
                 news = claim.top < self._told or claim.version < self._told_version
                 covers &= not news
                 lacks |= news and self._batch_due is None
-            elif not self.peers.lives(author, now):
+            elif peer == author.robot or not self.peers.lives(author, now):
                 log = self.log.of(author)
                 covers &= claim.count >= log.top and claim.version >= log.version
                 lacks |= claim.top < log.top or claim.version < log.version

@@ -51,9 +51,9 @@ def pack_poses(table: PoseTable) -> npt.NDArray[np.uint8]:
     Neighbours are close, so differences are told; their low bytes first, then the next, which are
     nearly all the same and compress to nothing.
     """
-    before = np.zeros((1, 3), dtype=np.int64)
-    steps: npt.NDArray[np.int64] = np.diff(np.concatenate((before, table)), axis=0)
-    zigzag = ((steps << 1) ^ (steps >> 63)).astype("<u8").astype("<u4")
+    before = np.zeros((1, 3), dtype=np.int32)
+    steps: PoseTable = np.diff(np.concatenate((before, table)), axis=0).astype(np.int32)
+    zigzag = ((steps << 1) ^ (steps >> 31)).astype("<i4")
     planes = np.ascontiguousarray(zigzag.T).view(np.uint8).reshape(-1, 4).T
     raw = np.ascontiguousarray(planes).tobytes()
     compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
@@ -86,9 +86,7 @@ def unpack_poses(packed: npt.NDArray[np.uint8], count: int, most: int) -> PoseTa
         raise ValueError(f"poses cannot be unpacked: {len(raw)} bytes, want {12 * count}")
     planes = np.frombuffer(raw, dtype=np.uint8).reshape(4, -1)
     zigzag = np.ascontiguousarray(planes.T).view("<u4").reshape(3, count).T.astype(np.int64)
-    table = np.cumsum((zigzag >> 1) ^ -(zigzag & 1), axis=0)
-    if count and np.abs(table).max() >= 2**31:
-        raise ValueError("poses cannot be unpacked: beyond all reach")
-    poses: PoseTable = table.astype(np.int32).reshape(count, 3)
+    # Sums wrap around as the differences did.
+    poses: PoseTable = np.cumsum((zigzag >> 1) ^ -(zigzag & 1), axis=0).astype(np.int32)
     poses.flags.writeable = False
     return poses
