@@ -134,12 +134,12 @@ class Asking:
         self._give_up(now)
         waiting = sum(asked.deadline > now for asked in self.asked.values())
         room = self._settings.request_entries - waiting
+        spread = 1.0 + 0.25 * float(self._rng.random())
         by_peer: dict[str, list[Key]] = {}
         for key in self._lacking(now, room):
             asked = self.asked.setdefault(key, _Asked(0, 0.0))
             peer = self._choose(key, asked.attempts, now)
             grown = self._settings.request_timeout_s * _GROWTH ** min(asked.attempts, 30)
-            spread = 1.0 + 0.25 * float(self._rng.random())
             asked.deadline = now + min(grown, self._settings.backoff_max_s) * spread
             asked.attempts += 1
             if peer is not None:

@@ -89,6 +89,8 @@ class LogSync:
         self._told_version = log.own.version
         self._batch_due: float | None = None
         self._differing: dict[Author, None] = {}
+        # What was held when the last two intervals of announcing ended, as in `_held`.
+        self._before: list[dict[Author, tuple[int, int]]] = [{}, {}]
 
     @property
     def overtaken(self) -> bool:
@@ -158,6 +160,7 @@ class LogSync:
         if now >= self._announcing.due:
             if self.asking.lacking:
                 self._announcing.change(now)
+            self._before = [self._before[1], {a: self._held(a) for a in self.log.authors()}]
             if self._announcing.speak(now):
                 sent.append(Outgoing(EVERYONE, self._announcement()))
         return sent
@@ -278,21 +281,28 @@ class LogSync:
     def _covers(self, peer: str, claims: dict[Author, Claim], now: float) -> tuple[bool, bool]:
         """Return whether a peer with these claims can speak for this member, and lacks news of it.
 
-        Of another author that is here neither matters: it will tell its news itself, unless it
-        was restored from an old copy and does not know them.
+        What an author told just now it lacks only by chance, and will see from the next frame.
+        What it does not know after a while it cannot hear from the author itself.
         """
         covers, lacks, nothing = True, False, Claim()
         for author in self.log.authors():
             claim = claims.get(author, nothing)
-            if author == self.log.me:
-                news = claim.top < self._told or claim.version < self._told_version
-                covers &= not news
-                lacks |= news and self._batch_due is None
-            elif peer == author.robot or not self.peers.lives(author, now):
-                log = self.log.of(author)
-                covers &= claim.count >= log.top and claim.version >= log.version
-                lacks |= claim.top < log.top or claim.version < log.version
+            top, version = self._held(author)
+            heard = author.robot != peer and self.peers.lives(author, now)
+            if heard:
+                top, version = self._before[0].get(author, (0, 0))
+            news = claim.top < top or claim.version < version
+            known = heard or author == self.log.me
+            covers &= not news and (known or claim.count >= top)
+            lacks |= news and (author != self.log.me or self._batch_due is None)
         return covers, lacks
+
+    def _held(self, author: Author) -> tuple[int, int]:
+        """Return the highest number and version held of an author, as far as it was told."""
+        if author == self.log.me:
+            return self._told, self._told_version
+        log = self.log.of(author)
+        return log.top, log.version
 
     def _compare(self, peer: str, author: Author, claim: Claim, checksum: int, now: float) -> None:
         """Compare a peer's checksum with what is held, where both hold the same."""

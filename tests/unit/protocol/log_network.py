@@ -33,6 +33,10 @@ class Links:
     delay: tuple[float, float] = (0.05, 0.05)
 
 
+GOOD = Links()
+SETTINGS = LogSyncSettings()
+
+
 class Network:
     """Members and the air between them."""
 
@@ -40,8 +44,8 @@ class Network:
         self,
         names: list[str],
         seed: int,
-        links: Links = Links(),
-        settings: LogSyncSettings = LogSyncSettings(),
+        links: Links = GOOD,
+        settings: LogSyncSettings = SETTINGS,
     ) -> None:
         self.now = 0.0
         self.links = links
@@ -55,7 +59,7 @@ class Network:
         self.members: dict[str, LogSync] = {}
         self.lives: Counter[str] = Counter()
         self.checked = True
-        self._flying: list[tuple[float, int, str, str, Frame]] = []
+        self._flying: list[tuple[float, int, str, Frame]] = []
         self._sequence = 0
         for name in names:
             self.start(name)
@@ -100,7 +104,7 @@ class Network:
         """Let one step of time pass: frames arrive, members tick."""
         self.now = round(self.now + STEP, 6)
         while self._flying and self._flying[0][0] <= self.now:
-            _, _, source, to, frame = heapq.heappop(self._flying)
+            _, _, to, frame = heapq.heappop(self._flying)
             sync = self.members.get(to)
             if sync is not None:
                 header, message = decode(frame)
@@ -135,7 +139,7 @@ class Network:
             if self.rng.random() >= self.links.loss:
                 at = self.now + self.rng.uniform(*self.links.delay)
                 self._sequence += 1
-                heapq.heappush(self._flying, (at, self._sequence, source, to, frame))
+                heapq.heappush(self._flying, (at, self._sequence, to, frame))
 
     def digests(self) -> list[str]:
         """Return the different digests there are: one when all hold the same."""

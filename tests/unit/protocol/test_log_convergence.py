@@ -6,17 +6,17 @@ Seeds are in the names of the tests.
 from __future__ import annotations
 
 from collections import Counter
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from protocol.log_settings import LogSyncSettings
 from protocol.pose_coding import pack_poses
-from tests.unit.protocol.log_network import Links, Network
+from tests.unit.protocol.log_network import GOOD, Links, Network
 
 TEAM = ["robot1", "robot2", "robot3", "robot4"]
 BAD = Links(loss=0.3, duplication=0.1, delay=(0.0, 0.4))
-GOOD = Links()
 
 
 def drive(network: Network, seconds: int, revise_every: int = 60) -> None:
@@ -162,7 +162,7 @@ def test_what_a_robot_saw_reaches_others_through_a_third_when_it_is_gone(seed: i
 def test_a_chain_of_five_hands_everything_on(seed: int) -> None:
     names = ["a", "b", "c", "d", "e"]
     network = Network(names, seed, Links(loss=0.1))
-    near = {(x, y) for x, y in zip(names, names[1:], strict=False)}
+    near = set(pairwise(names))
     network.deaf = {(x, y) for x in names for y in names if not near & {(x, y), (y, x)}}
     for _ in range(30):
         for name in names:
