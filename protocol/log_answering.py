@@ -18,14 +18,12 @@ from protocol.log_messages import (
     pose_set,
 )
 from protocol.log_settings import LogSyncSettings
+from protocol.log_telling import ENTRY_OVERHEAD, FRAME_OVERHEAD
 from protocol.messages import EVERYONE
 from protocol.number_ranges import numbers_of
 from protocol.observation_log import Author, Entry, ObservationLog
 
 Key = tuple[Author, int]  # number 0 stands for the author's newest revision
-
-FRAME_OVERHEAD = 110  # [bytes], about, of a frame of observations
-ENTRY_OVERHEAD = 17  # [bytes], about, of an entry in it: pose, number, size
 
 
 class Answering:

@@ -21,7 +21,8 @@ from protocol.observation_log import Author, ObservationLog
 
 Key = tuple[Author, int]  # number 0 stands for the author's newest revision
 
-_SOON = 1.0  # [s]; how long a member that lacks a lot waits until all have said what they hold
+_SOON = 2.0  # [s]; a member that lacks a lot waits until all have said what they hold
+_NEXT = 0.3  # [s]; and less while it is being answered
 _JITTER = 0.3  # [s]; so that not all ask at the same instant
 _GROWTH = 1.5  # of the time-out with every attempt
 _PATIENT = 8  # so often an author is asked for its own word on something that is held
@@ -123,7 +124,7 @@ class Asking:
         if self._noticed is None:
             self._noticed = now
         if lacking >= many:
-            due = max(now, self._last) + _SOON
+            due = max(now, self._last) + (_NEXT if self.asked else _SOON)
         else:  # all ask at about the same time, so that one answer serves several
             due = (now // patience + 1.0) * patience
         due += self._jitter

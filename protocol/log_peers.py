@@ -9,6 +9,8 @@ from protocol.observation_log import Author
 
 _PEERS = 256  # a hostile sender invents names; no more are remembered
 
+_CLAIMS = 128  # of a peer, about so many authors
+
 
 @dataclass(slots=True)
 class Claim:
@@ -96,8 +98,28 @@ class Peers:
         return self.life(author.robot, now) == author.life
 
     def claim(self, name: str, author: Author) -> Claim:
-        """Return what a peer claims of an author, to be read or changed."""
-        return self.known[name].claims.setdefault(author, Claim())
+        """Return what a peer claims of an author, to be read or changed.
+
+        Raises:
+            ValueError: it claims something of too many authors; a fault of the peer.
+        """
+        claims = self.known[name].claims
+        if author not in claims and len(claims) >= _CLAIMS:
+            raise ValueError("claims of too many authors")
+        return claims.setdefault(author, Claim())
+
+    def introduce(self, name: str, claims: dict[Author, Claim]) -> None:
+        """Take all that a peer claims in place of what it claimed before.
+
+        Of its own log it never holds less than it told: then this word was overtaken on its way.
+        """
+        peer = self.known[name]
+        peer.introduced = True
+        for author, before in peer.claims.items():
+            if author.robot == name and author in claims:
+                claims[author].count = max(claims[author].count, before.count)
+                claims[author].version = max(claims[author].version, before.version)
+        peer.claims = dict(claims)
 
     def claims(self, author: Author, now: float) -> dict[str, Claim]:
         """Return the claims of those not gone that hold something of an author, by name."""

@@ -20,11 +20,10 @@ import numpy as np
 
 from protocol.effects import Note
 from protocol.log_announcing import Announcing
-from protocol.log_answering import ENTRY_OVERHEAD, FRAME_OVERHEAD, Answering
+from protocol.log_answering import Answering
 from protocol.log_asking import Asking
 from protocol.log_intake import Intake
 from protocol.log_messages import (
-    ENTRIES_IN_FRAME,
     RANGES_IN_FRAME,
     LogHave,
     LogMessage,
@@ -32,13 +31,12 @@ from protocol.log_messages import (
     PoseSet,
     authors_of,
     listing,
-    observations,
-    pose_set,
 )
 from protocol.log_peers import Claim, Peers
 from protocol.log_settings import LogSyncSettings
+from protocol.log_telling import Telling
 from protocol.messages import EVERYONE
-from protocol.observation_log import Author, Entry, ObservationLog
+from protocol.observation_log import Author, ObservationLog
 from protocol.pose_coding import PoseSteps, PoseTable, within_reach
 from protocol.standing import Standing
 
@@ -85,9 +83,7 @@ class LogSync:
         self._announcing = Announcing(
             settings.announce_period_s, settings.announce_period_max_s, rng, now
         )
-        self._told = log.own.count  # own entries that were broadcast
-        self._told_version = log.own.version
-        self._batch_due: float | None = None
+        self._telling = Telling(log, settings)
         self._differing: dict[Author, None] = {}
         # What was held when the last two intervals of announcing ended, as in `_held`.
         self._before: list[dict[Author, tuple[int, int]]] = [{}, {}]
@@ -107,7 +103,8 @@ class LogSync:
         if len(payload) > self.settings.payload_bytes_most:
             raise ValueError(f"a payload of {len(payload)} bytes is too large")
         number = self.log.append(payload, pose)
-        self._to_tell(now)
+        self._announcing.change(now)
+        self._telling.news(now)
         return number
 
     def revise(self, poses: PoseTable, now: float) -> None:
@@ -118,7 +115,8 @@ class LogSync:
         """
         self._check_reach(poses)
         self.log.revise(poses)
-        self._to_tell(now)
+        self._announcing.change(now)
+        self._telling.news(now)
 
     def handle(self, peer: str, message: LogMessage, now: float) -> list[Outgoing]:
         """Take a peer's message; return what is to be sent at once."""
@@ -151,8 +149,8 @@ class LogSync:
     def tick(self, now: float) -> list[Outgoing]:
         """Return what is due to be sent at mission time `now` [s]."""
         sent: list[Outgoing] = []
-        if self._batch_due is not None and now >= self._batch_due:
-            sent += self._tell()
+        if self._telling.due is not None and now >= self._telling.due:
+            sent += [Outgoing(EVERYONE, message) for message in self._telling.tell()]
         if self.asking.due is not None and now >= self.asking.due:
             sent += [Outgoing(*request) for request in self.asking.ask(now)]
         if self.answering.due is not None and now >= self.answering.due:
@@ -162,12 +160,14 @@ class LogSync:
                 self._announcing.change(now)
             self._before = [self._before[1], {a: self._held(a) for a in self.log.authors()}]
             if self._announcing.speak(now):
+                if self._telling.version < self.log.own.version:  # checksums are of the newest
+                    sent += [Outgoing(EVERYONE, message) for message in self._telling.tell()]
                 sent.append(Outgoing(EVERYONE, self._announcement()))
         return sent
 
     def next_deadline(self) -> float:
         """Return the mission time [s] at which `tick` is due next."""
-        due = (self._batch_due, self.asking.due, self.answering.due, self._announcing.due)
+        due = (self._telling.due, self.asking.due, self.answering.due, self._announcing.due)
         return min(at for at in due if at is not None)
 
     def take_notes(self) -> list[Note]:
@@ -175,41 +175,10 @@ class LogSync:
         notes, self.notes = self.notes, []
         return notes
 
-    # --- telling ---------------------------------------------------------------------------------
-
     def _check_reach(self, poses: PoseTable) -> None:
         """Check that the others will take these poses."""
         if not within_reach(poses, self.settings.reach_m):
             raise ValueError(f"poses beyond {self.settings.reach_m} m, or angles not wrapped")
-
-    def _to_tell(self, now: float) -> None:
-        """Something of one's own is to be told: with a batch, sooner if a frame is full."""
-        self._announcing.change(now)
-        if self._batch_due is None:
-            self._batch_due = now + self.settings.batch_period_s
-        waiting = range(self._told + 1, self.log.own.count + 1)
-        entries = self.log.own.entries
-        size = sum(len(entries[n].what.payload) + ENTRY_OVERHEAD for n in waiting)
-        if size + FRAME_OVERHEAD >= self.settings.frame_bytes or len(waiting) >= ENTRIES_IN_FRAME:
-            self._batch_due = now
-
-    def _tell(self) -> list[Outgoing]:
-        """Broadcast what was not told yet: entries, then the newest poses."""
-        me, own, sent = self.log.me, self.log.own, []
-        told: list[tuple[int, Entry]] = []
-        for number in range(self._told + 1, own.count + 1):
-            entry = own.entries[number].what
-            if told and told[-1][1].version != entry.version:
-                sent.append(observations(me, told, me.robot, told[-1][1].version))
-                told = []
-            told.append((number, entry))
-        if told:
-            sent.append(observations(me, told, me.robot, told[-1][1].version))
-        messages: list[LogMessage] = list(sent)
-        if own.version > self._told_version:
-            messages.append(pose_set(me, own.version, own.poses, me.robot))
-        self._told, self._told_version, self._batch_due = own.count, own.version, None
-        return [Outgoing(EVERYONE, message) for message in messages]
 
     def _announcement(self) -> LogHave:
         """Return the message that says what is held, as far as it was told."""
@@ -219,7 +188,7 @@ class LogSync:
         versions = [log.version for log in logs]
         mine = authors.index(self.log.me)
         # What waits for the next batch must not look as if it was lost.
-        counts[mine], versions[mine] = self._told, self._told_version
+        counts[mine], versions[mine] = self._telling.count, self._telling.version
         beyond = [(i, *held) for i, log in enumerate(logs) for held in log.beyond()]
         return LogHave(
             **listing(authors),
@@ -228,8 +197,6 @@ class LogSync:
             sums=tuple(log.checksum(count) for log, count in zip(logs, counts, strict=True)),
             beyond=tuple(beyond[:RANGES_IN_FRAME]),
         )
-
-    # --- hearing ---------------------------------------------------------------------------------
 
     def _observations(self, peer: str, message: Observations, now: float) -> None:
         """Take a peer's entries."""
@@ -270,11 +237,12 @@ class LogSync:
             claim = Claim(message.counts[index], message.versions[index], tuple(sorted(beyond)))
             if author == self.log.me:
                 self.intake.overtaken |= claim.top > self.log.own.count
-            self.peers.known[peer].introduced = True
-            self.peers.known[peer].claims[author] = claims[author] = claim
-            if author.robot == peer and self.peers.lives(author, now):
-                self.intake.hear_version(author, claim.version, now)
+            claims[author] = claim
             self._compare(peer, author, claim, message.sums[index], now)
+        self.peers.introduce(peer, claims)
+        for author in [author for author in claims if author.robot == peer]:
+            if self.peers.lives(author, now):
+                self.intake.hear_version(author, claims[author].version, now)
         covers, lacks = self._covers(peer, claims, now)
         self._announcing.hear(covers, lacks, back, now)
 
@@ -294,13 +262,13 @@ class LogSync:
             news = claim.top < top or claim.version < version
             known = heard or author == self.log.me
             covers &= not news and (known or claim.count >= top)
-            lacks |= news and (author != self.log.me or self._batch_due is None)
+            lacks |= news and (author != self.log.me or self._telling.due is None)
         return covers, lacks
 
     def _held(self, author: Author) -> tuple[int, int]:
         """Return the highest number and version held of an author, as far as it was told."""
         if author == self.log.me:
-            return self._told, self._told_version
+            return self._telling.count, self._telling.version
         log = self.log.of(author)
         return log.top, log.version
 
