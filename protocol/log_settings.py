@@ -42,7 +42,7 @@ class LogSyncSettings(BaseModel):
     away_s: Positive = 10.0
     request_many: Least1 = 16
     request_patience_s: Positive = 4.0
-    request_entries: Least1 = 256
+    request_entries: Annotated[int, Field(ge=1, le=256)] = 256
     request_timeout_s: Positive = 3.0
     backoff_max_s: Positive = 10.0
     answer_delay_s: Positive = 0.5
