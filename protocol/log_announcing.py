@@ -42,8 +42,7 @@ class Announcing:
     def change(self, now: float) -> None:
         """Something new is held, or lacking: this interval is a short one, and so is the next."""
         self._changed = True
-        if self._interval > self._shortest:
-            self._begin(self._shortest, now)
+        self._shorten(now)
 
     def contact(self, now: float) -> None:
         """A peer is here that was away: speak soon."""
@@ -64,8 +63,7 @@ class Announcing:
             return
         if back:
             self.contact(now)
-        elif self._interval > self._shortest:
-            self._begin(self._shortest, now)
+        self._shorten(now)
         self._needed = True
 
     def speak(self, now: float) -> bool:
@@ -75,6 +73,13 @@ class Announcing:
         self._changed = False
         self._begin(grown, max(now, self._end))
         return wanted
+
+    def _shorten(self, now: float) -> None:
+        """Begin a short interval in place of a long one, and speak no later than meant before."""
+        if self._interval > self._shortest:
+            due, needed = self.due, self._needed
+            self._begin(self._shortest, now)
+            self.due, self._needed = min(self.due, due), needed
 
     def _begin(self, interval: float, now: float) -> None:
         """Begin an interval."""

@@ -115,11 +115,13 @@ class Peers:
         """
         peer = self.known[name]
         peer.introduced = True
-        for author, before in peer.claims.items():
-            if author.robot == name and author in claims:
-                claims[author].count = max(claims[author].count, before.count)
-                claims[author].version = max(claims[author].version, before.version)
+        before = peer.claims
         peer.claims = dict(claims)
+        for author, claim in claims.items():
+            if author.robot == name and author in before:
+                count = max(claim.count, before[author].count)
+                version = max(claim.version, before[author].version)
+                peer.claims[author] = Claim(count, version, claim.beyond)
 
     def claims(self, author: Author, now: float) -> dict[str, Claim]:
         """Return the claims of those not gone that hold something of an author, by name."""

@@ -66,7 +66,7 @@ def changed(**changes: object) -> Observations:
     ids=str,
 )
 def test_parts_that_do_not_fit_are_refused(changes: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match="fit|ascend"):
+    with pytest.raises(ValueError, match=r"fit|ascend"):
         entries_of(changed(**changes))
 
 
@@ -84,5 +84,5 @@ def test_authors_are_listed_once_and_with_all_that_is_said_of_them() -> None:
         have.model_copy(update={"sums": (1, 2)}),
         have.model_copy(update={"beyond": ((1, 9, 9),)}),
     ):
-        with pytest.raises(ValueError, match="fit|none"):
+        with pytest.raises(ValueError, match=r"fit|none"):
             authors_of(bad)
