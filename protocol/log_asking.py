@@ -176,7 +176,7 @@ class Asking:
                 yield key
         for author in self._peers.authors():
             claims = self._peers.claims(author, now)
-            if author == self._log.me or not claims:
+            if author == self._log.me or not claims or self._peers.unborn(author, now):
                 continue
             log = self._log.of(author)
             if self._version(author, claims, now) > log.version:

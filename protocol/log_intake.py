@@ -7,8 +7,9 @@ Whose word counts:
   that relayed it. A relayed entry that differs from one held first hand counts against its relayer.
   A robot that contradicts itself: what it said first stays, and it counts against the robot.
   Two relayed words that differ: the first stays until the author speaks.
-* Only a robot begins its lives: a later life than it told, from another while the robot is here, is
-  a fault. Of its own lives a robot believes nobody.
+* Only a robot begins its lives: of a later life than it told nothing is taken from others while the
+  robot is here. If it still tells the earlier one a while after, that was a fault; and what others
+  told of it before the robot spoke is forgotten. Of its own lives a robot believes nobody.
 * A relayed pose revision is taken when its author is not here, or has told that version itself. If
   the author then goes on in an older one, the relayed one was forged: it is dropped.
 * Faults, one for each frame: parts that do not fit, poses out of reach, payloads or logs that are
@@ -32,6 +33,7 @@ from protocol.observation_log import Author, AuthorLog, Entry, ObservationLog, P
 from protocol.pose_coding import unpack_poses, within_reach
 
 _SETTLE = 5.0  # [s]; frames of an author that were overtaken on their way are older than that
+_NEW_LIVES = 256  # a hostile peer invents them; no more are remembered
 LIAR = "relayed what its author did not say"
 
 Fault = tuple[str, str]  # whose, and what
@@ -60,6 +62,7 @@ class Intake:
         self._settings = settings
         self._team = team
         self._revised: dict[Author, float] = {}  # when the held revision came
+        self._new_lives: dict[tuple[str, Author], float] = {}  # who spoke of a life, and when
 
     def entries(self, peer: str, message: Observations, now: float) -> list[Fault]:
         """Take the entries of a message; return the faults that it shows of other peers.
@@ -81,7 +84,7 @@ class Intake:
             claim = self._peers.claim(peer, author)
             claim.count = max(claim.count, told[-1][0])
             self.hear_version(author, message.version, now)
-        faults: dict[Fault, None] = {}
+        faults: dict[Fault, None] = dict.fromkeys(self.disproved(peer, now))
         for number, entry in told:
             fault = self._take(author, number, entry, peer, first_hand)
             if fault is not None:
@@ -123,10 +126,31 @@ class Intake:
         Raises:
             ValueError: it must not be, if `strict`.
         """
-        reason = self._objection(author, peer, now)
+        if peer != author.robot and self._peers.unborn(author, now):
+            if len(self._new_lives) < _NEW_LIVES:
+                self._new_lives.setdefault((peer, author), now)
+            return False
+        reason = self._objection(author, peer)
         if reason and strict:
             raise ValueError(reason)
         return not reason
+
+    def disproved(self, robot: str, now: float) -> list[Fault]:
+        """A robot speaks: forget its later lives that others spoke of; return who is to blame.
+
+        Those who spoke of one before this robot was known to live an earlier one may have been
+        told so themselves.
+        """
+        for author in self._log.authors():
+            if author.robot == robot and self._peers.unborn(author, now):
+                self._log.forget(author)
+        faults = []
+        for (peer, author), at in list(self._new_lives.items()):
+            if author.robot == robot and now - at > _SETTLE:
+                del self._new_lives[peer, author]
+                if self._peers.unborn(author, now):
+                    faults.append((peer, "a life that its robot did not tell"))
+        return faults
 
     def hear_version(self, author: Author, version: int, now: float) -> None:
         """The author told the version it is in: drop a relayed one that it never made."""
@@ -138,7 +162,7 @@ class Intake:
         if relayed and settled and log.version > claim.version:
             self._log.put_revision(author, None, "")
 
-    def _objection(self, author: Author, peer: str, now: float) -> str:
+    def _objection(self, author: Author, peer: str) -> str:
         """Return why nothing of an author is taken from a peer; empty if it is."""
         me = self._log.me
         if author.robot == me.robot and author.life > me.life:
@@ -147,8 +171,6 @@ class Intake:
             return "a stranger's log: no robot of that name is in the team"
         if peer == author.robot:
             self._peers.known[peer].life = max(self._peers.known[peer].life, author.life)
-        elif -1 < self._peers.life(author.robot, now) < author.life:
-            return "a life that its robot did not tell"
         if author in self._log.logs:
             return ""
         lives = sum(other.robot == author.robot for other in self._log.logs)

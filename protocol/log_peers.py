@@ -123,6 +123,10 @@ class Peers:
                 version = max(claim.version, before[author].version)
                 peer.claims[author] = Claim(count, version, claim.beyond)
 
+    def unborn(self, author: Author, now: float) -> bool:
+        """Whether an author's robot is here and lives an earlier life."""
+        return -1 < self.life(author.robot, now) < author.life
+
     def claims(self, author: Author, now: float) -> dict[str, Claim]:
         """Return the claims of those not gone that hold something of an author, by name."""
         return {

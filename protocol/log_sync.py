@@ -139,6 +139,12 @@ class LogSync:
         self.asking.schedule(now)
         return []
 
+    def hear(self, peer: str, now: float) -> None:
+        """Note that a peer sent something else than a message about logs: it is here."""
+        known = peer not in self.standing.isolated and peer != self.log.me.robot
+        if known and self.peers.hear(peer, now):
+            self._announcing.contact(now)
+
     def fault(self, peer: str, reason: str, now: float) -> None:
         """Count a fault of a peer; frames that cannot even be read may be counted here, too."""
         self.notes += self.standing.fault(peer, reason, now)
@@ -243,6 +249,7 @@ class LogSync:
         for author in [author for author in claims if author.robot == peer]:
             if self.peers.lives(author, now):
                 self.intake.hear_version(author, claims[author].version, now)
+                self._blame(self.intake.disproved(peer, now), now)
         covers, lacks = self._covers(peer, claims, now)
         self._announcing.hear(covers, lacks, back, now)
 

@@ -89,11 +89,13 @@ class Changes:
         entries: that are new, as (author, number); numbers may leave gaps that are filled later.
         replaced: entries whose content was wrong until now.
         repositioned: authors with a new pose revision.
+        forgotten: authors that never were; all of theirs must go.
     """
 
     entries: tuple[tuple[Author, int], ...]
     replaced: tuple[tuple[Author, int], ...]
     repositioned: tuple[Author, ...]
+    forgotten: tuple[Author, ...] = ()
 
 
 class AuthorLog:
@@ -175,6 +177,7 @@ class _News:
     entries: dict[tuple[Author, int], None] = field(default_factory=dict)
     replaced: dict[tuple[Author, int], None] = field(default_factory=dict)
     repositioned: dict[Author, None] = field(default_factory=dict)
+    forgotten: dict[Author, None] = field(default_factory=dict)
 
 
 class ObservationLog:
@@ -242,14 +245,29 @@ class ObservationLog:
         log.revision, log.revision_by = revision, by
         self._news.repositioned[author] = None
 
+    def forget(self, author: Author) -> None:
+        """Hold nothing more of an author that turned out to be made up."""
+        del self.logs[author]
+        news = self._news
+        news.repositioned.pop(author, None)
+        for told in (news.entries, news.replaced):
+            for key in [key for key in told if key[0] == author]:
+                del told[key]
+        news.forgotten[author] = None
+
     def take_changes(self) -> Changes:
         """Return what has changed since the last call: all that must be drawn, or drawn anew.
 
         Any entry that is held may be drawn, whether there is a gap before it or not: the map needs
-        no order.
+        no order. What is forgotten goes first: it may have come back since.
         """
         news, self._news = self._news, _News()
-        return Changes(tuple(news.entries), tuple(news.replaced), tuple(news.repositioned))
+        return Changes(
+            tuple(news.entries),
+            tuple(news.replaced),
+            tuple(news.repositioned),
+            tuple(news.forgotten),
+        )
 
     def digest(self, authors: Sequence[Author] | None = None) -> str:
         """Return the SHA-256 of the map: entries with their newest poses, hexadecimal.

@@ -149,7 +149,9 @@ def test_what_a_robot_saw_reaches_others_through_a_third_when_it_is_gone(seed: i
         network.observe("c")
         network.run(0.5)
     network.revise("a")
-    network.run(20.0)
+    a, b = (network.members[name].log for name in ("a", "b"))
+    while a.digest([a.me]) != b.digest([a.me]):
+        network.run(1.0)
     network.kill("a")
     network.settle()
     author = network.members["b"].log.authors()[0]

@@ -92,11 +92,20 @@ def test_a_word_on_an_older_life_is_relayed() -> None:
 
 def test_only_a_robot_begins_its_lives_while_it_is_here() -> None:
     desk = Desk()
+    next_life = Author("ann", 1)
     desk.tell("ann", says(ANN, b"x"))
-    with pytest.raises(ValueError, match="life"):
-        desk.tell("eve", says(Author("ann", 1), b"x"), 5.0)
-    assert desk.tell("eve", says(Author("ann", 1), b"x"), 11.0) == []
-    assert Author("ann", 1) in desk.log.logs
+    assert desk.tell("eve", says(next_life, b"x"), 5.0) == []
+    assert next_life not in desk.log.logs
+    assert desk.tell("ann", says(ANN, b"x", 2), 8.0) == []
+    fault = ("eve", "a life that its robot did not tell")
+    assert desk.tell("ann", says(ANN, b"x", 3), 11.0) == [fault]
+    assert desk.tell("ann", says(ANN, b"x", 4), 12.0) == []
+    desk.tell("ben", says(next_life, b"x"), 13.0)
+    assert desk.tell("ann", says(next_life, b"x"), 19.0) == []
+    assert desk.tell("eve", says(Author("ann", 2), b"x"), 30.0) == []
+    assert Author("ann", 2) in desk.log.logs  # ann is away, and may have begun it
+    assert desk.tell("ann", says(next_life, b"x", 2), 31.0) == []
+    assert Author("ann", 2) not in desk.log.logs  # but did not
 
 
 def test_of_its_own_life_a_robot_believes_nobody() -> None:

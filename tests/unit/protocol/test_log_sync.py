@@ -144,6 +144,17 @@ def test_one_that_was_away_is_told_soon_whatever_it_says() -> None:
     assert [type(message) for _, message in run(sync, 100.8)] == [LogHave]
 
 
+def test_any_traffic_shows_that_a_peer_is_here() -> None:
+    sync = member()
+    run(sync, 100.0)
+    sync.hear("me", 100.0)
+    assert run(sync, 100.8) == []
+    sync.hear("ann", 101.0)
+    assert [type(message) for _, message in run(sync, 101.8)] == [LogHave]
+    sync.hear("ann", 102.0)
+    assert run(sync, 103.0) == []
+
+
 def test_it_speaks_for_an_author_that_cannot_be_heard_by_all() -> None:
     """Ann is here, but ben has not heard of what she told a while ago."""
     sync = member(announce_period_s=5.0)

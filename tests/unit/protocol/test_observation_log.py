@@ -61,6 +61,18 @@ def test_what_changed_is_told_once() -> None:
     assert log.take_changes() == Changes(((ANN, 1),), ((ANN, 3),), ())
 
 
+def test_what_is_forgotten_was_never_there() -> None:
+    log = ObservationLog("ben", 2)
+    log.put(ANN, 1, entry(1), "eve")
+    log.take_changes()
+    log.put(ANN, 1, entry(2), "cid")
+    log.put(ANN, 2, entry(2), "eve")
+    log.put_revision(ANN, revision(1, 2), "eve")
+    log.forget(ANN)
+    assert log.take_changes() == Changes((), (), (), (ANN,))
+    assert log.authors() == [BEN]
+
+
 def test_an_entry_told_too_late_in_an_old_version_has_its_own_pose() -> None:
     log = ObservationLog("ben", 2)
     log.put_revision(ANN, revision(4, 2), "ann")
