@@ -6,6 +6,7 @@ ProtocolError
  +-- UnknownTypeError    a type this version does not know: counted and dropped, not a fault
  +-- VersionError        another major version
 RefusedError             nothing wrong with the bytes: the world does not take a process in
+DamagedLogError          a saved observation log that cannot be read back
 """
 
 from __future__ import annotations
@@ -33,3 +34,7 @@ class VersionError(ProtocolError):
 
 class RefusedError(Exception):
     """The world does not take this process in; the text says why."""
+
+
+class DamagedLogError(Exception):
+    """A saved observation log is damaged; the text tells what to do."""

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from protocol.log_messages import LogHave, LogWant, Observations, PoseSet
 from protocol.messages import (
     Award,
     Bid,
@@ -61,6 +62,10 @@ FleetMessage = Annotated[
     | DriveRequest
     | StopRequest
     | Answer
-    | RobotLost,
+    | RobotLost
+    | Observations
+    | PoseSet
+    | LogHave
+    | LogWant,
     Field(discriminator="type"),
 ]

@@ -37,7 +37,7 @@ from protocol.fields import (
     Track,
 )
 
-PROTOCOL_VERSION = (1, 2)
+PROTOCOL_VERSION = (1, 3)
 
 SERVER = "server"
 WORLD = "world"

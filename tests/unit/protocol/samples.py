@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from mapping.geometry import Pose2
+from protocol import log_messages as logs
 from protocol import messages as words
 from protocol import operator_messages as asks
 from protocol import world_messages as body
@@ -117,6 +118,27 @@ def examples() -> dict[str, Message]:
         asks.StopRequest(ended="coverage"),
         asks.Answer(accepted=True, text="robot1 is paused"),
         asks.RobotLost(robot="robot2", state="lost"),
+        logs.Observations(
+            author="robot2",
+            life=1,
+            version=2,
+            numbers=(7, 9),
+            sizes=(5, 7),
+            poses=np.array([[1500, -2250, 5000], [1600, -2250, -31415]], dtype=np.int32),
+            data=cells,
+        ),
+        logs.PoseSet(life=0, version=3, count=2, data=cells),
+        logs.LogHave(
+            authors=("robot1", "robot2"),
+            lives=(0, 1),
+            counts=(40, 7),
+            versions=(3, 2),
+            sums=(4_000_000_000, 17),
+            beyond=((1, 9, 12),),
+        ),
+        logs.LogWant(
+            authors=("robot1", "robot2"), lives=(0, 1), versions=(0, 3), ranges=((1, 8, 8),)
+        ),
         body.Join(role="robot", incarnation=1),
         body.Joined(lockstep=True, now_s=0.0, step_s=0.1, body=a_body, start=POSE),
         body.JoinRefused(reason="the name is taken"),
