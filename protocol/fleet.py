@@ -36,6 +36,7 @@ from protocol.operator_messages import (
     StopRequest,
     VisitRequest,
 )
+from protocol.peer_messages import Beacon
 
 FleetMessage = Annotated[
     Hello
@@ -66,6 +67,7 @@ FleetMessage = Annotated[
     | Observations
     | PoseSet
     | LogHave
-    | LogWant,
+    | LogWant
+    | Beacon,
     Field(discriminator="type"),
 ]

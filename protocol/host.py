@@ -114,12 +114,11 @@ class Host:
             header, message = decode(parcel.frame)
             self._check_source(parcel, header)
             return Received(parcel.channel, header, message)
-        except UnknownTypeError as error:
-            self.rejected[parcel.peer, "unknown type"] += 1
-            return Rejected(parcel.channel, parcel.peer, str(error))
         except ProtocolError as error:
-            self.rejected[parcel.peer, type(error).__name__] += 1
-            return Rejected(parcel.channel, parcel.peer, str(error))
+            unknown = isinstance(error, UnknownTypeError)
+            kind = "unknown type" if unknown else type(error).__name__
+            self.rejected[parcel.peer, kind] += 1
+            return Rejected(parcel.channel, _sender(parcel), str(error))
 
     def _check_source(self, parcel: Parcel, header: Header) -> None:
         """Refuse a frame under somebody else's name."""
@@ -152,3 +151,16 @@ class Host:
                 outbox.strikes.append(effect)
             elif isinstance(effect, Stop):
                 outbox.stop = effect.reason
+
+
+def _sender(parcel: Parcel) -> str:
+    """Return who sent a frame that was refused: behind the world's relay, as its header says.
+
+    The relay lets nobody speak under another's name.
+    """
+    if parcel.peer != WORLD:
+        return parcel.peer
+    try:
+        return decode_header(parcel.frame).source
+    except ProtocolError:
+        return parcel.peer

@@ -89,6 +89,23 @@ class Explorer:
             losses=losses.astype(np.float32),
         )
 
+    def costs_from(self, T_map_base: Pose2, places_map: Floats) -> Floats:
+        """Return how far places of the last bid are for a teammate of this size, (n,) [m].
+
+        Args:
+            T_map_base: where the teammate is, map frame.
+            places_map: (n, 2) [m], map frame.
+
+        Returns:
+            Infinite for places it has no way to.
+        """
+        ways = Ways(self._map, T_map_base, self._body.radius_m, self._blocks.weights)
+        stands = ways.stands(self._map.geometry.cells_at(places_map), self._body.radius_m)
+        reached = stands[:, 0] >= 0
+        costs = np.full(len(places_map), np.inf)
+        costs[reached] = ways.field.at(stands[reached])
+        return costs
+
     def _follow_map(self) -> None:
         """Note what changed of the map since the last time."""
         boxes = self._map.take_changes()

@@ -66,6 +66,7 @@ class LocalMapping:
         self._since_report = 0
         self._T_odom_reported: Pose2 | None = None
         self._resent = -math.inf
+        self._reported: list[int] = []  # which scan each report was of, from 0
 
     def move(self, T_wheel_base: Pose2) -> None:
         """Follow the wheels between scans."""
@@ -138,7 +139,13 @@ class LocalMapping:
         self._since_report = 0
         self._T_odom_reported = self._slam.T_odom_base
         self._log[self._number] = report
+        self._reported.append(self.scans - 1)
         return report
+
+    def reported_poses(self) -> Floats:
+        """Return where the scan of each report was taken, (n, 3), odom frame, as known now."""
+        poses: Floats = self._slam.trajectory()[self._reported]
+        return poses
 
     def received(self, number: int, now: float) -> list[ScanReport]:
         """The server holds all reports up to `number`; return those it lacks, now and then."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from protocol.map_cells import pack_cells
-from protocol.messages import MapDelta, MapSnapshot, TeamPoses
+from protocol.map_feed import MapFeed
+from protocol.messages import TeamPoses
 from server.map_merger import MapMerger
 from server.roster import Roster
 from server.settings import MapSettings
@@ -18,26 +18,18 @@ class MapPublisher:
     """Says when the next change or the next poses are due, and makes the messages.
 
     Attributes:
-        number: of the map as published last; 0 is the empty map every mission begins with.
+        map: tells the map and its changes.
     """
 
     def __init__(self, merger: MapMerger, settings: MapSettings) -> None:
-        self.number = 0
+        self.map = MapFeed(merger, settings.delta_period_s)
         self._merger = merger
         self._settings = settings
-        self._next_delta = 0.0
         self._next_poses = 0.0
 
     def next_deadline(self) -> float:
         """Return when something is due next [s]."""
-        return min(self._next_delta, self._next_poses)
-
-    def delta_due(self, now: float) -> MapDelta | None:
-        """Return the rectangle of the map that changed, if it is time and there is one."""
-        if now < self._next_delta - _EPSILON:
-            return None
-        self._next_delta = now + self._settings.delta_period_s
-        return self.delta()
+        return min(self.map.due, self._next_poses)
 
     def poses_due(self, roster: Roster, executive: TaskExecutive, now: float) -> TeamPoses | None:
         """Return where everybody is, if it is time and anybody told."""
@@ -45,35 +37,6 @@ class MapPublisher:
             return None
         self._next_poses = now + self._settings.poses_period_s
         return self._poses(roster, executive)
-
-    def snapshot(self) -> MapSnapshot:
-        """Return the whole map as published so far and the changes since."""
-        geometry = self._merger.geometry
-        return MapSnapshot(
-            number=self.number,
-            resolution_m=geometry.resolution,
-            origin_x_m=geometry.origin_x,
-            origin_y_m=geometry.origin_y,
-            rows=geometry.rows,
-            cols=geometry.cols,
-            cells=pack_cells(self._merger.log_odds),
-        )
-
-    def delta(self) -> MapDelta | None:
-        """Return the rectangle of the map that changed since the last one, None if nothing did."""
-        if self._merger.dirty.empty:
-            return None
-        box, log_odds = self._merger.take_changes()
-        self.number += 1
-        return MapDelta(
-            number=self.number,
-            resolution_m=self._merger.geometry.resolution,
-            lattice_x=box.ix0,
-            lattice_y=box.iy0,
-            rows=box.iy1 - box.iy0,
-            cols=box.ix1 - box.ix0,
-            cells=pack_cells(log_odds),
-        )
 
     def _poses(self, roster: Roster, executive: TaskExecutive) -> TeamPoses | None:
         """Return where everybody is and is about to go."""

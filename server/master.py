@@ -140,7 +140,7 @@ class Master:
         if message.role == "robot" and fresh:
             effects += self._robot_hello(name, message, now)
         if self.map_number > 0 and message.role != "operator":
-            effects.append(Send("fleet", name, self._publisher.snapshot()))
+            effects.append(Send("fleet", name, self._publisher.map.snapshot()))
         return effects
 
     def _robot_hello(self, name: str, hello: words.Hello, now: float) -> list[Effect]:
@@ -194,12 +194,12 @@ class Master:
         return self._intake.take(name, message)
 
     def _map_request(self, name: str, message: Message, now: float) -> list[Effect]:
-        return [Send("fleet", name, self._publisher.snapshot())] if self.map_number else []
+        return [Send("fleet", name, self._publisher.map.snapshot())] if self.map_number else []
 
     def _publish(self, now: float) -> list[Effect]:
         """Tell the team and observers what changed in the map and where everybody is."""
         effects: list[Effect] = []
-        delta = self._publisher.delta_due(now)
+        delta = self._publisher.map.delta_due(now)
         if delta is not None:
             self.executive.map_changed(delta.number, now)
             effects += self._tell(self.roster.audience(), delta)
@@ -307,7 +307,7 @@ class Master:
     @property
     def map_number(self) -> int:
         """Number of the map as published last."""
-        return self._publisher.number
+        return self._publisher.map.number
 
     def _tell(self, names: Sequence[str], message: Message) -> list[Effect]:
         return [Send("fleet", name, message) for name in names]

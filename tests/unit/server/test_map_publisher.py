@@ -16,12 +16,12 @@ def test_changes_are_numbered_and_come_when_due() -> None:
     rig = Rig()
     rig.hello("robot1", start=[0.0, 0.0, 0.0])
     made = publisher_of(rig)
-    assert made.delta_due(0.0) is None and made.number == 0
+    assert made.map.delta_due(0.0) is None and made.map.number == 0
     rig.report("robot1", 1)
-    assert made.delta_due(0.1) is None  # not yet
-    delta = made.delta_due(0.5)
-    assert delta is not None and delta.number == made.number == 1
-    assert made.delta() is None
+    assert made.map.delta_due(0.1) is None  # not yet
+    delta = made.map.delta_due(0.5)
+    assert delta is not None and delta.number == made.map.number == 1
+    assert made.map.delta() is None
     assert made.next_deadline() == 0.0  # poses were never told
 
 
@@ -29,10 +29,10 @@ def test_a_change_and_the_whole_map_agree() -> None:
     rig = begun()
     rig.report("robot1", 2, Pose2(0.2, 0.1, 0.1))
     made = publisher_of(rig)
-    made.number = 1
-    delta = made.delta()
+    made.map.number = 1
+    delta = made.map.delta()
     assert delta is not None
-    whole = made.snapshot()
+    whole = made.map.snapshot()
     assert whole.number == delta.number == 2
     cells = unpack_cells(whole.cells, whole.rows, whole.cols)
     assert np.array_equal(cells, quantise(rig.master.merger.log_odds))

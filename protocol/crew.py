@@ -1,0 +1,48 @@
+"""Where the members of a team without a master are, by the beacons they send."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from protocol.messages import TeamPoses
+from protocol.peer_messages import Beacon
+
+
+class Crew:
+    """What was last heard of everybody, oneself included.
+
+    Attributes:
+        beacons: by name, the newest.
+        stamps: by name, when it was sent [s], mission time.
+    """
+
+    def __init__(self) -> None:
+        self.beacons: dict[str, Beacon] = {}
+        self.stamps: dict[str, float] = {}
+
+    def hear(self, name: str, beacon: Beacon, stamp: float) -> bool:
+        """Take a beacon; return whether it is newer than what was heard before."""
+        if stamp <= self.stamps.get(name, -1.0):
+            return False
+        self.beacons[name], self.stamps[name] = beacon, stamp
+        return True
+
+    def heard_within(self, period: float, now: float) -> list[str]:
+        """Return who was heard in the last `period` [s], sorted."""
+        return sorted(name for name, stamp in self.stamps.items() if now - stamp <= period)
+
+    def team_poses(self) -> TeamPoses:
+        """Return where everybody was last heard of."""
+        names = sorted(self.beacons)
+        heard = [self.beacons[name] for name in names]
+        rows = [(self.stamps[name], *self.beacons[name].T_map_base.as_tuple()) for name in names]
+        paths = [beacon.path_map for beacon in heard]
+        return TeamPoses(
+            robots=tuple(names),
+            poses_map=np.array(rows, dtype=np.float64).reshape(-1, 4),
+            radii_m=np.array([beacon.radius_m for beacon in heard], dtype=np.float32),
+            uncertainty_m=np.array([beacon.sigma_m for beacon in heard], dtype=np.float32),
+            paths_map=np.concatenate([np.zeros((0, 2), np.float32), *paths]).astype(np.float32),
+            path_lengths=tuple(len(path) for path in paths),
+            busy=tuple(beacon.busy for beacon in heard),
+        )

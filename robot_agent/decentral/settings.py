@@ -1,0 +1,63 @@
+"""Settings of a robot that needs no server."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from protocol.fields import NotNegative, Positive
+from protocol.log_settings import LogSyncSettings
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class DecisionSettings(_Settings):
+    """How a robot decides for itself where to go.
+
+    A robot counts as here while it was heard in the last `here_s`; one that was not heard for
+    `lost_s` is not waited for any more. A place where it failed, or that it visited in vain, rests
+    for `rest_s`, and is given up after `max_tries`; places within `tried_radius_m` are one. A robot
+    that finds nothing for `quiet_s` drives home, where the others find it again.
+    """
+
+    here_s: Positive = 10.0
+    lost_s: Positive = 60.0
+    tried_radius_m: Positive = 0.75
+    max_tries: Annotated[int, Field(ge=1)] = 3
+    rest_s: NotNegative = 10.0
+    quiet_s: Positive = 4.0
+    agreed_s: Positive = 3.0
+    lease_s: Positive = 3600.0
+
+
+class PeerSettings(_Settings):
+    """How robots share their map without a server.
+
+    Scans are coded with an error of at most `error_bound_m`. Where a robot is, it tells every
+    `beacon_period_s`, and at rest every `beacon_rest_s`, with at most `beacon_points` of its path.
+    Its poses are told anew when one is off by `repose_m` or `repose_deg`, which it looks for every
+    `repose_period_s`. The map is drawn every `map_period_s`. It is no larger than `largest_cells`.
+
+    A robot whose start is known no better than `tied_m` does not tell what it sees until that fits
+    what others saw: with `align_points` end points at walls, a share of `align_fit`, and a place
+    known to `align_sigma_m`.
+    """
+
+    log: LogSyncSettings = LogSyncSettings()
+    decision: DecisionSettings = DecisionSettings()
+    error_bound_m: Annotated[float, Field(ge=0.0005, le=0.5)] = 0.01
+    beacon_period_s: Positive = 0.5
+    beacon_rest_s: Positive = 2.0
+    beacon_points: Annotated[int, Field(ge=0, le=64)] = 12
+    repose_m: Positive = 0.02
+    repose_deg: Positive = 0.3
+    repose_period_s: Positive = 0.5
+    map_period_s: Positive = 0.3
+    largest_cells: Annotated[int, Field(ge=1_000, le=50_000_000)] = 25_000_000
+    tied_m: Positive = 0.15
+    align_points: Annotated[int, Field(ge=1)] = 30
+    align_fit: Annotated[float, Field(gt=0.0, le=1.0)] = 0.6
+    align_sigma_m: Positive = 0.1
