@@ -187,7 +187,8 @@ class Asking:
                 self._settings.author_entries_most,
             )
             for number in log.missing(top):
-                yield author, number
+                if any(claim.holds(number) for claim in claims.values()):
+                    yield author, number
 
     def _version(self, author: Author, claims: dict[str, Claim], now: float) -> int:
         """Return the newest revision there is: by the author's own word if it is here."""

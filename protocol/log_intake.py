@@ -29,7 +29,7 @@ import numpy as np
 from protocol.log_messages import Observations, PoseSet, entries_of
 from protocol.log_peers import Peers
 from protocol.log_settings import LogSyncSettings
-from protocol.observation_log import Author, AuthorLog, Entry, ObservationLog, PoseRevision, compare
+from protocol.observation_log import Author, AuthorLog, Entry, ObservationLog, PoseRevision
 from protocol.pose_coding import unpack_poses, within_reach
 
 _SETTLE = 5.0  # [s]; frames of an author that were overtaken on their way are older than that
@@ -190,7 +190,7 @@ class Intake:
     def _check_own(self, told: list[tuple[int, Entry]]) -> None:
         """Check what a peer says that I said in the life I live."""
         own = self._log.own
-        if any(compare(own, number, entry) == "different" for number, entry in told):
+        if any(own.compare(number, entry) == "different" for number, entry in told):
             raise ValueError("words in my mouth")
         self.overtaken |= told[-1][0] > own.count
 
@@ -207,7 +207,7 @@ class Intake:
     ) -> Fault | None:
         """Take one entry; return the fault it shows, if any."""
         log = self._log.of(author)
-        verdict = compare(log, number, entry)
+        verdict = log.compare(number, entry)
         if verdict == "new":
             return self._take_new(author, log, number, entry, peer)
         by = log.entries[number].by

@@ -30,6 +30,8 @@ import numpy as np
 from protocol.number_ranges import Range, ranges_of
 from protocol.pose_coding import PoseSteps, PoseTable
 
+Verdict = Literal["new", "same", "different"]
+
 
 class Author(NamedTuple):
     """A robot in one of its lives."""
@@ -149,6 +151,13 @@ class AuthorLog:
         """Return the CRC-32 over the first `count` entries and the newest revision."""
         return zlib.crc32(self.revision.packed() if self.revision else b"", self._sums[count])
 
+    def compare(self, number: int, entry: Entry) -> Verdict:
+        """Return how an entry that is told compares to what is held under its number."""
+        held = self.entries.get(number)
+        if held is None:
+            return "new"
+        return "same" if held.what == entry else "different"
+
     def vouch(self, number: int, by: str) -> None:
         """Note that `by` told the entry that is held, too, and knows best."""
         self.entries[number] = self.entries[number]._replace(by=by)
@@ -213,10 +222,7 @@ class ObservationLog:
         return number
 
     def revise(self, poses: PoseTable) -> PoseRevision:
-        """Replace the poses of all this robot's own entries; return the new revision.
-
-        Args:
-            poses: (n, 3) int32 in steps, map frame; one row for each entry so far.
+        """Replace the poses of this robot's own n entries by (n, 3) int32 in steps, map frame.
 
         Raises:
             ValueError: not one pose for each entry.
@@ -290,14 +296,3 @@ class ObservationLog:
                 sha.update(struct.pack("<qiiiI", number, *log.pose(number), len(payload)))
                 sha.update(payload)
         return sha.hexdigest()
-
-
-Verdict = Literal["new", "same", "different"]
-
-
-def compare(log: AuthorLog, number: int, entry: Entry) -> Verdict:
-    """Return how an entry that is told compares to what is held under its number."""
-    held = log.entries.get(number)
-    if held is None:
-        return "new"
-    return "same" if held.what == entry else "different"

@@ -121,6 +121,10 @@ def test_what_nobody_holds_is_not_asked_for() -> None:
     desk = Desk()
     desk.claim("ben", {ANN: Claim(2, 0, ((5, 6),))})
     assert desk.ask()["ben"].ranges == ((0, 1, 2), (0, 5, 6))
+    desk.hold(ANN, 1, 2, 5, 6)
+    desk.asking.arrived(ANN, (1, 2, 5, 6), "ben", 5.0)
+    desk.asking.schedule(5.0)
+    assert not desk.asking.lacking and desk.asking.due is None
 
 
 def test_the_window_is_not_left() -> None:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.observation_log import Author, Changes, Entry, ObservationLog, PoseRevision, compare
+from protocol.observation_log import Author, Changes, Entry, ObservationLog, PoseRevision
 
 ANN = Author("ann", 0)
 BEN = Author("ben", 2)
@@ -99,9 +99,9 @@ def test_an_author_may_be_vouched_for() -> None:
     log.put(ANN, 1, entry(1), "eve")
     log.of(ANN).vouch(1, "ann")
     assert log.of(ANN).entries[1].by == "ann"
-    assert compare(log.of(ANN), 1, entry(1)) == "same"
-    assert compare(log.of(ANN), 1, entry(2)) == "different"
-    assert compare(log.of(ANN), 2, entry(2)) == "new"
+    assert log.of(ANN).compare(1, entry(1)) == "same"
+    assert log.of(ANN).compare(1, entry(2)) == "different"
+    assert log.of(ANN).compare(2, entry(2)) == "new"
 
 
 def test_nothing_is_held_of_a_stranger() -> None:
