@@ -59,7 +59,7 @@ def ranging(width: float, count: int, noise: int) -> Ranging:
 
 
 def nearest_noise(sigma: float, width: float) -> int:
-    """Return the number of the noise next to a standard deviation, for cells of a width, both [m]."""
+    """Return the number of the noise next to `sigma` [m], for cells of a width [m]."""
     number, rung = 0, _FIRST_NOISE * width
     while number < NOISES - 1 and rung * _NOISE_STEP**0.5 < sigma:
         number, rung = number + 1, rung * _NOISE_STEP

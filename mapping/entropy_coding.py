@@ -6,9 +6,10 @@ asks where in the whole the next symbol lies, finds whose share that is, and han
 share. All is integer arithmetic on 32 bits, held in int64, so that a carry is seen.
 
 A reader goes on with zeros where the bytes end: that saves the zeros at the end, and makes reading
-of damaged bytes end as soon as reading of whole ones. What it reads then is nonsense, never a fault.
+of damaged bytes end as soon as reading of whole ones. What it reads then is some other symbols,
+never a fault.
 
-Source: Martin 1979 ("Range encoding"), with the carry held back as in Subbotin's and Pavlov's coders.
+Source: Martin 1979 ("Range encoding"); the carry is held back as Subbotin's coder does.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ SHARES = _cumulative()
 @compiled
 def share_below(x: float) -> float:
     """Return which share of the distribution lies below `x` [sigma]; never falls as x grows."""
-    if x <= -_REACH:
+    if not x > -_REACH:  # so written that no number at all has no place in the table either
         return 0.0
     if x >= _REACH:
         return 1.0

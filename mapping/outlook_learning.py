@@ -103,7 +103,7 @@ def _weigh(outlook: Outlook, ranging: Ranging, cell: int) -> float:
             leapt += lines[k, WEIGHT]
     if sizes[OLD] > 0:
         _count_ends(outlook, anywhere / total)
-    return leapt
+    return float(leapt)
 
 
 @compiled

@@ -20,6 +20,8 @@ LINE = 9
 
 # A wall at a right angle to one that is met head-on is seen edgeways: no steeper than this.
 _HEAD_ON = 0.02
+# No wall begins steeper, nor is a slope less certain: no bytes, however made up, get out of hand.
+_STEEPEST = 1000.0
 
 
 @compiled
@@ -49,13 +51,14 @@ def observe(line: Floats, c: float, s: float, reading: float, variance: float) -
     innovation = (line[RANGE] - reading) * inverse_square
     across_x = line[PXX] * c + line[PXY] * s
     across_y = line[PXY] * c + line[PYY] * s
-    total = c * across_x + s * across_y + variance * inverse_square * inverse_square
+    total = max(c * across_x + s * across_y, 0.0) + variance * inverse_square * inverse_square
     gain_x, gain_y = across_x / total, across_y / total
     line[MX] += gain_x * innovation
     line[MY] += gain_y * innovation
     line[PXX] = max(line[PXX] - gain_x * across_x, 0.0)
-    line[PXY] -= gain_x * across_y
     line[PYY] = max(line[PYY] - gain_y * across_y, 0.0)
+    most = math.sqrt(line[PXX] * line[PYY])
+    line[PXY] = min(max(line[PXY] - gain_x * across_y, -most), most)
     line[BEAMS] += 1.0
 
 
@@ -93,9 +96,10 @@ def set_line(
 
 @compiled
 def inverse_at(line: Floats, c: float, s: float, farthest: float) -> tuple[float, float]:
-    """Return 1 / range [1/m] of a line at a bearing, and the variance of that."""
+    """Return 1 / range [1/m] of a line at a bearing, and the variance of that, at most its square."""
     variance = c * c * line[PXX] + 2.0 * c * s * line[PXY] + s * s * line[PYY]
-    return max(c * line[MX] + s * line[MY], 1.0 / farthest), max(variance, 0.0)
+    inverse = max(c * line[MX] + s * line[MY], 1.0 / farthest)
+    return inverse, min(max(variance, 0.0), inverse * inverse)
 
 
 @compiled
@@ -123,5 +127,6 @@ def turned(slope: tuple[float, float], quarter: bool, doubt: float) -> tuple[flo
             t = _HEAD_ON if t >= 0.0 else -_HEAD_ON
         variance = variance / (t * t * t * t)
         t = -1.0 / t
+    t = min(max(t, -_STEEPEST), _STEEPEST)
     by_angle = (1.0 + t * t) * doubt
-    return t, variance + by_angle * by_angle
+    return t, min(variance + by_angle * by_angle, _STEEPEST * _STEEPEST)

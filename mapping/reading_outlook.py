@@ -72,8 +72,13 @@ COUNT, OLD, ROWS, KNOWN, BEFORE, BEST, CLOCK = 0, 1, 2, 3, 4, 5, 6
 
 
 class Ranging(NamedTuple):
-    """What is known of the sensor: width of a cell of ranges [m], how many cells there are, the
-    variance of the range noise, and of noise and rounding to cells together [m2].
+    """What is known of the sensor.
+
+    Attributes:
+        cell: width of a cell of ranges [m].
+        cells: how many of them fill the reach.
+        variance: of the range noise [m2].
+        variance_coded: of noise and rounding to cells together [m2].
     """
 
     cell: float
@@ -209,7 +214,7 @@ def weight_below(outlook: Outlook, edge: float, reach: float) -> float:
     total = outlook.book[UNIFORM] * (edge / reach)
     for k in range(outlook.sizes[ROWS]):
         total += lines[k, WEIGHT] * share_below((edge - lines[k, RANGE]) / lines[k, SPREAD])
-    return total
+    return float(total)
 
 
 @compiled
@@ -224,7 +229,7 @@ def void_chance(outlook: Outlook, in_reach: float) -> float:
     whole = outlook.book[UNIFORM]
     for k in range(outlook.sizes[ROWS]):
         whole += outlook.lines[k, WEIGHT]
-    return habit + (1.0 - habit) * (1.0 - in_reach / whole)
+    return float(habit + (1.0 - habit) * (1.0 - in_reach / whole))
 
 
 @compiled

@@ -145,7 +145,7 @@ def _milliseconds(stamp: float) -> int:
 
 
 def _number(value: int) -> bytes:
-    """Return a number >= 0, 7 bits a byte, lowest first; all bytes but the last have the top bit."""
+    """Return a number >= 0, 7 bits a byte, lowest first; only the last byte is below 128."""
     parts = bytearray()
     while value > 0x7F:
         parts.append(value & 0x7F | 0x80)
