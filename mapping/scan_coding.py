@@ -114,9 +114,11 @@ def decode_scan(data: bytes, layouts: tuple[SensorLayout, ...] = KNOWN_LAYOUTS) 
         grid = RangeCells(bound, reach)
         if number == IN_FULL:
             layout, at = unpack_layout(data, at)
-        else:
+        elif number < len(layouts):
             layout = layouts[number]
-    except (ValueError, IndexError) as error:
+        else:
+            raise ValueError(f"no laser has the number {number}")
+    except ValueError as error:
         raise DamagedScanError(str(error)) from None
     sensor = ranging(grid.width, grid.count, noise)
     cells, asked = decode_beams(data[at:], sensor, rays_of(layout.beams, layout.bearing_step))
