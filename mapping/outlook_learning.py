@@ -49,7 +49,7 @@ from mapping.reading_outlook import (
     VOIDS,
     Outlook,
     Ranging,
-    farthest_of,
+    guide_of,
     void_habit,
 )
 
@@ -70,7 +70,7 @@ def learn_reading(outlook: Outlook, ranging: Ranging, rays: Floats, beam: int, c
     slope = (0.0, TILT * TILT)
     if sizes[OLD] > 0:
         # As the walls were before this beam: the likeliest of them is changed by it below.
-        slope = slope_at(outlook.lines[sizes[BEST]], c, s, farthest_of(ranging))
+        slope = slope_at(guide_of(outlook), c, s)
     for k in range(sizes[COUNT]):
         observe(outlook.lines[k], c, s, reading, ranging.variance_coded)
     square = reading * reading

@@ -22,6 +22,7 @@ LINE = 9
 _HEAD_ON = 0.02
 # No wall begins steeper, nor is a slope less certain: no bytes, however made up, get out of hand.
 _STEEPEST = 1000.0
+_NOWHERE = 1e-12
 
 
 @compiled
@@ -96,20 +97,32 @@ def set_line(
 
 @compiled
 def inverse_at(line: Floats, c: float, s: float, farthest: float) -> tuple[float, float]:
-    """Return 1 / range [1/m] of a line at a bearing, and the variance of that, at most its square."""
+    """Return 1 / range [1/m] of a line at a bearing, and its variance; that is bounded."""
     variance = c * c * line[PXX] + 2.0 * c * s * line[PXY] + s * s * line[PYY]
     inverse = max(c * line[MX] + s * line[MY], 1.0 / farthest)
     return inverse, min(max(variance, 0.0), inverse * inverse)
 
 
 @compiled
-def slope_at(line: Floats, c: float, s: float, farthest: float) -> tuple[float, float]:
-    """Return the slope of a line at a bearing, as `set_line` takes it, and its variance."""
-    q = max(c * line[MX] + s * line[MY], 1.0 / farthest)
-    slope = (c * line[MY] - s * line[MX]) / q
-    by_x, by_y = (-s - slope * c) / q, (c - slope * s) / q
-    variance = by_x * by_x * line[PXX] + 2.0 * by_x * by_y * line[PXY] + by_y * by_y * line[PYY]
-    return slope, max(variance, 0.0)
+def slope_at(line: Floats, c: float, s: float) -> tuple[float, float]:
+    """Return the slope that the direction of a line has at a bearing, and its variance.
+
+    It is met there or not: a wall on the other side has the slope of one parallel to it on this.
+    """
+    along = c * line[MX] + s * line[MY]
+    across = c * line[MY] - s * line[MX]
+    least = max(abs(across) / _STEEPEST, _NOWHERE)
+    if abs(along) < least:
+        along = least if along >= 0.0 else -least
+    slope = across / along
+    square = max(line[MX] * line[MX] + line[MY] * line[MY], _NOWHERE)
+    turning = (
+        line[MY] * line[MY] * line[PXX]
+        - 2.0 * line[MX] * line[MY] * line[PXY]
+        + line[MX] * line[MX] * line[PYY]
+    )
+    by_angle = 1.0 + slope * slope
+    return slope, by_angle * by_angle * max(turning, 0.0) / (square * square)
 
 
 @compiled

@@ -190,7 +190,7 @@ def _add_turns(outlook: Outlook, c: float, s: float, ending: float, farthest: fl
     inverse = inverse_at(best, c, s, farthest)
     row = sizes[COUNT]
     set_line(lines[row], ending * ways[CORNER], c, s, inverse, (0.0, TILT * TILT))
-    square = turned(slope_at(best, c, s, farthest), True, DOUBT)
+    square = turned(slope_at(guide_of(outlook), c, s), True, DOUBT)
     set_line(lines[row + 1], ending * ways[SQUARE], c, s, inverse, square)
     known = sizes[KNOWN]
     for m in range(known):
@@ -199,6 +199,16 @@ def _add_turns(outlook: Outlook, c: float, s: float, ending: float, farthest: fl
     if known == 0:
         outlook.book[UNIFORM] += ending * ways[BACK]
     sizes[COUNT] = row + 2 + known
+
+
+@compiled
+def guide_of(outlook: Outlook) -> Floats:
+    """Return the wall, the likeliest or a remembered one, that shows best how the walls lie."""
+    guide = outlook.lines[outlook.sizes[BEST]]
+    for m in range(outlook.sizes[KNOWN]):
+        if outlook.remembered[m, BEAMS] > guide[BEAMS]:
+            guide = outlook.remembered[m]
+    return guide
 
 
 @compiled

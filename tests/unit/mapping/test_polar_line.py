@@ -52,7 +52,7 @@ def test_a_line_through_a_point_predicts_it_with_its_doubt():
     assert line[RANGE] == pytest.approx(2.0)
     assert line[SPREAD] == pytest.approx(math.hypot(SIGMA, 0.01 * 4.0))
     assert inverse_at(line, 1.0, 0.0, FAR) == pytest.approx((0.5, 0.01**2))
-    assert slope_at(line, 1.0, 0.0, FAR)[0] == pytest.approx(0.3)
+    assert slope_at(line, 1.0, 0.0)[0] == pytest.approx(0.3)
 
 
 def test_a_wall_is_foretold_after_some_beams():
@@ -61,7 +61,7 @@ def test_a_wall_is_foretold_after_some_beams():
     predict(line, math.cos(bearing), math.sin(bearing), SIGMA**2, FAR)
     assert line[RANGE] == pytest.approx(wall_range(bearing), abs=0.005)
     assert line[BEAMS] == 29
-    assert slope_at(line, 1.0, 0.0, FAR)[0] == pytest.approx(math.tan(0.4), abs=0.02)
+    assert slope_at(line, 1.0, 0.0)[0] == pytest.approx(math.tan(0.4), abs=0.02)
 
 
 def test_the_spread_is_that_of_the_readings():
@@ -86,9 +86,7 @@ def test_a_wall_never_met_is_as_far_as_can_be():
 @pytest.mark.parametrize("slope", [0.7, -2.0])
 def test_turned_by_a_right_angle_and_parallel(slope):
     square, _ = turned((slope, 0.01), True, 0.01)
-    assert math.atan(slope) - math.atan(square) == pytest.approx(
-        math.copysign(math.pi / 2, slope)
-    )
+    assert math.atan(slope) - math.atan(square) == pytest.approx(math.copysign(math.pi / 2, slope))
     same, variance = turned((slope, 0.01), False, 0.01)
     assert same == slope
     assert variance == pytest.approx(0.01 + (0.01 * (1 + slope**2)) ** 2)
@@ -101,6 +99,19 @@ def test_a_wall_seen_edgeways_is_steep_within_reason(slope):
     assert math.isfinite(variance)
 
 
+def test_a_wall_behind_has_the_slope_of_one_in_front():
+    line = np.zeros(LINE)
+    set_line(line, 1.0, 1.0, 0.0, (0.5, 1e-4), (0.3, 1e-4))
+    ahead, behind = slope_at(line, 0.8, 0.6), slope_at(line, -0.8, -0.6)
+    assert ahead == pytest.approx(behind)
+    # Seen edgeways, and for a line that is none.
+    normal = np.array([line[MX], line[MY]]) / np.hypot(line[MX], line[MY])
+    for c, s in ((-normal[1], normal[0]), (normal[1], -normal[0])):
+        assert 999.0 < abs(slope_at(line, c, s)[0]) < math.inf
+    line[:] = 0.0
+    assert np.isfinite(slope_at(line, 1.0, 0.0)).all()
+
+
 def test_nothing_gets_out_of_hand():
     line = seen(5)
     line[[PXX, PXY, PYY]] = 1e30, -2e30, 1e30
@@ -109,6 +120,6 @@ def test_nothing_gets_out_of_hand():
     assert np.isfinite(line).all()
     assert line[PXY] ** 2 <= line[PXX] * line[PYY] * (1.0 + 1e-9)
     assert np.isfinite([line[MX], line[MY]]).all()
-    slope, variance = turned(slope_at(line, 0.6, 0.8, FAR), False, 0.01)
+    slope, variance = turned(slope_at(line, 0.6, 0.8), False, 0.01)
     assert abs(slope) <= 1000.0
     assert variance <= 1e6
