@@ -5,8 +5,9 @@ bound. What a beam may read is foretold from the beams before it (`reading_outlo
 coder spends on each cell what its probability asks for (`entropy_coding`). Every scan is coded
 alone: frames get lost, and come in any order.
 
-The bytes are: numbers of layout and noise (4 bits each), error bound in 0.1 mm, reach in mm, stamp
-in ms (each 7 bits a byte, lowest first), a layout that is not in the table in full, then the beams.
+The bytes are: numbers of layout and noise (4 bits each); error bound in 0.1 mm, reach in half metres
+or mm and whether the beams come last to first (whichever is shorter), and stamp in ms, each 7 bits a
+byte, lowest first; a layout that is not in the table in full; then the beams.
 
 Source: Pfingsthorn et al. 2007, section 5, name compressed scans as their next step.
 """
@@ -36,6 +37,7 @@ from mapping.scan_layout import (
 )
 
 _STAMP_MOST = 1 << 45  # ms: a thousand years
+_HALF_METRE = 500  # mm
 _LONGEST = 7  # bytes of a number
 
 
@@ -86,12 +88,15 @@ def encode_scan(scan: LaserScan, settings: ScanCodingSettings = _DEFAULTS) -> by
     cells = grid.cells_of(scan)
     known = settings.noise_m > 0.0
     noise = nearest_noise(settings.noise_m, grid.width) if known else shown_noise(cells)
-    head = bytes([number << 4 | noise])
-    head += _number(grid.bound) + _number(grid.reach) + _number(_milliseconds(scan.stamp))
+    sensor, rays = ranging(grid.width, grid.count, noise), rays_of(layout.beams, layout.bearing_step)
+    forwards = encode_beams(cells, sensor, rays)
+    backwards = encode_beams(cells[::-1].copy(), sensor, rays)
+    turned = len(backwards) < len(forwards)
+    head = bytes([number << 4 | noise]) + _number(grid.bound)
+    head += _number(_reach_code(grid.reach) << 1 | turned) + _number(_milliseconds(scan.stamp))
     if number == IN_FULL:
         head += pack_layout(layout)
-    sensor = ranging(grid.width, grid.count, noise)
-    return head + encode_beams(cells, sensor, rays_of(layout.beams, layout.bearing_step))
+    return head + (backwards if turned else forwards)
 
 
 def decode_scan(data: bytes, layouts: tuple[SensorLayout, ...] = KNOWN_LAYOUTS) -> LaserScan:
@@ -111,7 +116,7 @@ def decode_scan(data: bytes, layouts: tuple[SensorLayout, ...] = KNOWN_LAYOUTS) 
     reach, at = _read_number(data, at)
     stamp, at = _read_number(data, at)
     try:
-        grid = RangeCells(bound, reach)
+        grid = RangeCells(bound, _reach_of(reach >> 1))
         if number == IN_FULL:
             layout, at = unpack_layout(data, at)
         elif number < len(layouts):
@@ -125,7 +130,7 @@ def decode_scan(data: bytes, layouts: tuple[SensorLayout, ...] = KNOWN_LAYOUTS) 
     if asked < len(data) - at:
         raise DamagedScanError(f"{len(data) - at - asked} bytes are left after the last beam")
     return LaserScan(
-        grid.ranges_of(cells),
+        grid.ranges_of(cells[::-1] if reach & 1 else cells),
         layout.bearing_start,
         layout.bearing_step,
         grid.range_max,
@@ -144,6 +149,16 @@ def _milliseconds(stamp: float) -> int:
         raise ValueError(f"{stamp} s is no time of a scan")
     value = round(stamp * 1000.0)
     return abs(value) << 1 | (value < 0)
+
+
+def _reach_code(reach: int) -> int:
+    """Return a reach [mm] as a number that is small for whole half metres."""
+    return reach << 1 | 1 if reach % _HALF_METRE else reach // _HALF_METRE << 1
+
+
+def _reach_of(code: int) -> int:
+    """Return the reach [mm] that `_reach_code` made a number of."""
+    return code >> 1 if code & 1 else (code >> 1) * _HALF_METRE
 
 
 def _number(value: int) -> bytes:
