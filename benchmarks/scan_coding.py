@@ -2,7 +2,7 @@
 
 Two robots explore each shipped world, and an office floor where the data are found; along their
 true ways a laser with 30 mm of noise measures anew, with 361 and with 181 beams over 180 degrees.
-Then come real logs. For each: bytes of a scan as it is coded, bits a beam (of all beams), bytes that the
+Then come real logs. For each: bytes of a scan as it is coded, bits a beam (of all), bytes that the
 noise alone would take if the walls were known, the largest error, times to encode and decode, and
 for comparison bytes of 4-byte floats and of zstd on 2-byte differences of the same cells. A log's
 noise is what its scans show.

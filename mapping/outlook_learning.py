@@ -26,7 +26,6 @@ from mapping.reading_outlook import (
     ANYWHERE,
     BACK,
     BEFORE,
-    BEST,
     CLOCK,
     CORNER,
     COUNT,

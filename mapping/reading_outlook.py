@@ -59,7 +59,7 @@ LEAPS = (0.07, 0.2, 0.8, 3.0)
 
 # The numbers below, and those above, were chosen on the shipped worlds and two real logs; a change
 # of any of them by a third changes the bytes by less than 0.5 %.
-_WAYS = (2.8, 1.9, 1.9, 0.5, 0.95, 0.95, 0.95, 0.5)  # how often each was seen, to begin with
+_WAYS = (0.7, 1.2, 0.8, 0.9, 0.3, 0.5, 0.5, 0.5)  # how often each was seen, to begin with
 _RATE = (3.0, 50.0)  # so many walls ended, of so many beams, to begin with
 _STEADY, _YOUNG, _YOUTH = 0.4, 4.0, 5.0  # a wall of n beams ends at rate * (0.4 + 4 / (n + 5))
 _AFTER_VOID = 0.6  # how likely it is another wall behind beams without a return
@@ -204,7 +204,7 @@ def _add_turns(outlook: Outlook, c: float, s: float, ending: float, farthest: fl
 @compiled
 def guide_of(outlook: Outlook) -> Floats:
     """Return the wall, the likeliest or a remembered one, that shows best how the walls lie."""
-    guide = outlook.lines[outlook.sizes[BEST]]
+    guide: Floats = outlook.lines[outlook.sizes[BEST]]
     for m in range(outlook.sizes[KNOWN]):
         if outlook.remembered[m, BEAMS] > guide[BEAMS]:
             guide = outlook.remembered[m]

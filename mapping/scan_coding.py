@@ -5,9 +5,9 @@ bound. What a beam may read is foretold from the beams before it (`reading_outlo
 coder spends on each cell what its probability asks for (`entropy_coding`). Every scan is coded
 alone: frames get lost, and come in any order.
 
-The bytes are: numbers of layout and noise (4 bits each); error bound in 0.1 mm, reach in half metres
-or mm and whether the beams come last to first (whichever is shorter), and stamp in ms, each 7 bits a
-byte, lowest first; a layout that is not in the table in full; then the beams.
+The bytes are: numbers of layout and noise (4 bits each); error bound in 0.1 mm, reach in half
+metres or mm and whether the beams come last to first (whichever is shorter), and stamp in ms, each
+7 bits a byte, lowest first; a layout that is not in the table, in full; then the beams.
 
 Source: Pfingsthorn et al. 2007, section 5, name compressed scans as their next step.
 """
@@ -88,7 +88,8 @@ def encode_scan(scan: LaserScan, settings: ScanCodingSettings = _DEFAULTS) -> by
     cells = grid.cells_of(scan)
     known = settings.noise_m > 0.0
     noise = nearest_noise(settings.noise_m, grid.width) if known else shown_noise(cells)
-    sensor, rays = ranging(grid.width, grid.count, noise), rays_of(layout.beams, layout.bearing_step)
+    sensor = ranging(grid.width, grid.count, noise)
+    rays = rays_of(layout.beams, layout.bearing_step)
     forwards = encode_beams(cells, sensor, rays)
     backwards = encode_beams(cells[::-1].copy(), sensor, rays)
     turned = len(backwards) < len(forwards)

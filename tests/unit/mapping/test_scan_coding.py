@@ -82,14 +82,33 @@ def test_integration_sees_the_same_beams():
 def test_the_bytes_are_the_same_on_every_machine():
     # Compiled or not, whatever the processor: what one robot writes another one reads.
     assert encode_scan(room_scan()).hex() == (
-        "1964c03e9ac41e42454c8f879d5272e6fc6e5a8b25b5da7805c3c0650abed4123c7a9a585e2fae88"
-        "327babb2f161930bf2c83620d9d3b918d1eb3858e6415d8770f8bd14128885baf03b"
+        "1964409ac41e4244e017c545a56145646c48fa4bbedf2b973fff90aa6e3d400242dda731255c1d4e"
+        "4a9ff9d7542bed1409f78ebec603c42ad80b088cb163603b41d23e239a18afacfa8a"
     )
 
 
 def test_the_head_is_short():
     nothing = dataclasses.replace(room_scan(361), ranges=np.full(361, np.inf, dtype=np.float32))
     assert len(encode_scan(nothing)) <= 8 + 4
+
+
+def test_beams_are_coded_in_the_shorter_direction():
+    turned = set()
+    for beams in range(46, 62):
+        scan = room_scan(beams)
+        mirrored = dataclasses.replace(scan, ranges=scan.ranges[::-1].copy())
+        data, other = encode_scan(scan), encode_scan(mirrored)
+        assert len(data) == len(other)
+        np.testing.assert_array_equal(decode_scan(data).ranges, decode_scan(other).ranges[::-1])
+        turned |= {data[2] & 1, other[2] & 1}
+    assert turned == {0, 1}
+
+
+@pytest.mark.parametrize(("reach", "code_bytes"), [(8.0, 1), (15.5, 1), (8.1, 3), (80.0, 2)])
+def test_reaches_of_whole_half_metres_are_short(reach, code_bytes):
+    data = encode_scan(dataclasses.replace(room_scan(), range_max=reach))
+    assert decode_scan(data).range_max == reach
+    assert [byte < 128 for byte in data[2 : 2 + code_bytes]] == [False] * (code_bytes - 1) + [True]
 
 
 def test_known_noise_is_taken_at_its_word():
@@ -162,7 +181,7 @@ def test_damaged_bytes_are_another_scan_or_refused(data):
 @given(st.binary(max_size=60))
 def test_random_bytes_are_some_scan_or_refused(data):
     decoded_or_refused(data)
-    decoded_or_refused(b"\x24\x64\xc0\x3e\x00" + data)  # a head, and anything
+    decoded_or_refused(b"\x24\x64\x40\x00" + data)  # a head, and anything
 
 
 @pytest.mark.parametrize(
@@ -171,9 +190,9 @@ def test_random_bytes_are_some_scan_or_refused(data):
         (b"", "no bytes"),
         (b"\x39", "end within a number"),
         (b"\x39\xff\xff\xff\xff\xff\xff\xff\x01", "too long"),
-        (b"\x39\x00\xc0\x3e\x00", "bound"),
-        (b"\xe9\x64\xc0\x3e\x00", "no laser has the number 14"),
-        (b"\xf9\x64\xc0\x3e\x00\x01", "end within the layout"),
+        (b"\x39\x00\x40\x00", "bound"),
+        (b"\xe9\x64\x40\x00", "no laser has the number 14"),
+        (b"\xf9\x64\x40\x00\x01", "end within the layout"),
         (encode_scan(room_scan()) + b"\x01\x02\x03\x04\x05", "left after the last beam"),
     ],
 )
