@@ -94,7 +94,7 @@ def test_the_head_is_short():
 
 def test_beams_are_coded_in_the_shorter_direction():
     turned = set()
-    for beams in range(46, 62):
+    for beams in (46, 51, 57):
         scan = room_scan(beams)
         mirrored = dataclasses.replace(scan, ranges=scan.ranges[::-1].copy())
         data, other = encode_scan(scan), encode_scan(mirrored)
@@ -168,10 +168,13 @@ def decoded_or_refused(data: bytes) -> None:
     assert math.isfinite(scan.stamp)
 
 
-@settings(max_examples=60)
+WHOLE = encode_scan(room_scan(60), ScanCodingSettings(layouts=SMALL))
+
+
+@settings(max_examples=40)
 @given(st.data())
 def test_damaged_bytes_are_another_scan_or_refused(data):
-    whole = bytearray(encode_scan(room_scan(60), ScanCodingSettings(layouts=SMALL)))
+    whole = bytearray(WHOLE)
     for _ in range(data.draw(st.integers(0, 3))):
         whole[data.draw(st.integers(0, len(whole) - 1))] ^= 1 << data.draw(st.integers(0, 7))
     decoded_or_refused(bytes(whole[: data.draw(st.integers(0, len(whole)))]))
