@@ -13,6 +13,7 @@ import numpy as np
 from mapping.geometry import Floats
 from mapping.scan import LaserScan
 from mapping.scan_coding import DamagedScanError, ScanCodingSettings, decode_scan, encode_scan
+from mapping.scan_layout import KNOWN_LAYOUTS, SensorLayout
 
 _VICTIMS_MOST = 255
 _STEPS_PER_METRE = 100.0
@@ -43,8 +44,14 @@ def encode_observation(observation: Observation, settings: ScanCodingSettings) -
     return head + encode_scan(observation.scan, settings)
 
 
-def decode_observation(data: bytes) -> Observation:
+def decode_observation(
+    data: bytes, layouts: tuple[SensorLayout, ...] = KNOWN_LAYOUTS
+) -> Observation:
     """Return the observation that bytes hold.
+
+    Args:
+        data: from `encode_observation`, possibly damaged or forged on its way.
+        layouts: as in the settings that they were coded with.
 
     Raises:
         ObservationError: they hold none.
@@ -54,7 +61,7 @@ def decode_observation(data: bytes) -> Observation:
     end = 1 + 4 * data[0]
     steps = np.frombuffer(data[1:end], dtype="<i2").reshape(-1, 2)
     try:
-        scan = decode_scan(data[end:])
+        scan = decode_scan(data[end:], layouts)
     except DamagedScanError as error:
         raise ObservationError(str(error)) from None
     return Observation(scan, steps / _STEPS_PER_METRE)

@@ -7,13 +7,32 @@ the global map m_G."
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Protocol
+
 import numpy as np
 import numpy.typing as npt
 
 from mapping.geometry import Pose2
 from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
 from mapping.observation_coding import Observation, ObservationError, decode_observation
-from mapping.team_map import Author, TeamMap
+from mapping.scan import LaserScan
+from mapping.scan_layout import KNOWN_LAYOUTS, SensorLayout
+from mapping.team_map import TeamMap
+
+Author = tuple[str, int]  # a robot's name, and which life of it
+
+
+class Held(Protocol):
+    """A copy of the team's observations, as bytes, and what has changed in it."""
+
+    def payload(self, author: Author, number: int) -> bytes:
+        """Return the bytes of an entry that is held."""
+        ...
+
+    def poses(self, author: Author) -> Mapping[int, Pose2]:
+        """Return where the entries of an author were made, by the newest word on it, map frame."""
+        ...
 
 
 class MapView:
@@ -26,19 +45,18 @@ class MapView:
     @property
     def geometry(self) -> GridGeometry:
         """Where the map lies, map frame."""
-        return self._shared.geometry
+        return self._shared.team.grid().geometry
 
     @property
     def log_odds(self) -> npt.NDArray[np.float32]:
         """The map, (rows, cols) float32."""
-        return self._shared.log_odds
+        return self._shared.team.grid().log_odds
 
     def take_changes(self) -> tuple[CellBox, npt.NDArray[np.float32]]:
         """Return the box that changed since the last call, on the lattice, and its log-odds."""
         self._shared.draw()
         box, self._changed = self._changed, EMPTY_BOX
-        rows, cols = self._shared.lattice
-        return box, self.log_odds[box.shifted(-rows, -cols).slices]
+        return box, self.log_odds[box.shifted(*(-n for n in lattice_of(self.geometry))).slices]
 
     def note(self, box: CellBox) -> None:
         """Note that a box of the lattice has changed."""
@@ -48,62 +66,96 @@ class MapView:
 class SharedMap:
     """All observations that are held, where they were made, and the grid drawn of them.
 
+    Args:
+        team: draws the scans of all authors.
+        layouts: lasers that coded scans name by a number; the same at all members.
+
     Attributes:
-        team: the scans of all authors.
+        team: see above.
         observations: by author and number, what was decoded.
-        unreadable: entries that hold no observation; nobody draws them.
+        unreadable: why an entry is not drawn, by author and number: nobody draws it.
     """
 
-    def __init__(self, team: TeamMap) -> None:
+    def __init__(
+        self, team: TeamMap[Author], layouts: Sequence[SensorLayout] = KNOWN_LAYOUTS
+    ) -> None:
         self.team = team
         self.observations: dict[tuple[Author, int], Observation] = {}
         self.unreadable: dict[tuple[Author, int], str] = {}
+        self._layouts = tuple(layouts)
         self._views: list[MapView] = []
 
     def view(self) -> MapView:
-        """Return a view for somebody who follows the map from now on."""
+        """Return a view for somebody who follows the map from its beginning on."""
         view = MapView(self)
-        view.note(self._lattice_box(self.team.grid().geometry.box))
         self._views.append(view)
         return view
 
-    def observe(self, author: Author, number: int, payload: bytes, T_map_base: Pose2) -> str | None:
-        """Take in an entry; return why it cannot be drawn, None if it can."""
-        try:
-            observation = decode_observation(payload)
-        except ObservationError as error:
-            self.unreadable[author, number] = str(error)
-            return str(error)
-        if not self.team.observe(author, number, observation.scan, T_map_base):
-            self.unreadable[author, number] = "too far away"
-            return "an observation too far away from all others"
-        self.observations[author, number] = observation
-        return None
+    def take_in(
+        self,
+        held: Held,
+        entries: Iterable[tuple[Author, int]],
+        repositioned: Iterable[Author],
+        forgotten: Iterable[Author] = (),
+    ) -> list[tuple[tuple[Author, int], str]]:
+        """Follow what has changed in the copy; return the new entries that cannot be read, and why.
+
+        Args:
+            held: the copy.
+            entries: that are new.
+            repositioned: authors whose entries were told other places.
+            forgotten: authors that are not there any more; this goes first.
+        """
+        for author in forgotten:
+            self._forget(author)
+        bad, moved = [], dict.fromkeys(repositioned)
+        poses = {author: held.poses(author) for author in {**moved, **{a: None for a, _ in entries}}}
+        for author, number in entries:
+            reason = self._observe(author, number, held.payload(author, number), poses[author])
+            if reason is not None:
+                bad.append(((author, number), reason))
+        for author in moved:
+            self.team.place(author, poses[author])
+        return bad
 
     def draw(self) -> None:
         """Bring the grid up to date, and tell all views what changed."""
-        box = self._lattice_box(self.team.take_changes())
+        box = self.team.take_changes()
+        if not box.empty:
+            box = box.shifted(*lattice_of(self.team.grid().geometry))
         for view in self._views:
             view.note(box)
 
-    @property
-    def geometry(self) -> GridGeometry:
-        """Where the grid lies, map frame."""
-        return self.team.grid().geometry
+    def scans(self, other_than: str) -> Iterable[tuple[LaserScan, Pose2]]:
+        """Yield the scans of all robots but one, with their poses, map frame."""
+        for placed in self.team.placed():
+            if placed.author[0] != other_than:
+                yield placed.scan, placed.T_map_base
 
-    @property
-    def log_odds(self) -> npt.NDArray[np.float32]:
-        """The grid, (rows, cols) float32."""
-        return self.team.grid().log_odds
+    def _observe(
+        self, author: Author, number: int, payload: bytes, poses: Mapping[int, Pose2]
+    ) -> str | None:
+        """Take in an entry; return why it cannot be drawn, None if it can."""
+        try:
+            observation = decode_observation(payload, self._layouts)
+        except ObservationError as error:
+            self.unreadable[author, number] = str(error)
+            return str(error)
+        self.observations[author, number] = observation
+        on_map = self.team.observe(author, number, observation.scan, poses[number])
+        return None if on_map else "a scan beyond the edge of the largest map"
 
-    @property
-    def lattice(self) -> tuple[int, int]:
-        """Row and column of the grid's first cell on the lattice through (0, 0)."""
-        geometry = self.geometry
-        return (
-            round(geometry.origin_y / geometry.resolution),
-            round(geometry.origin_x / geometry.resolution),
-        )
+    def _forget(self, author: Author) -> None:
+        """Take an author out of the map."""
+        for told in (self.observations, self.unreadable):
+            for key in [key for key in told if key[0] == author]:
+                del told[key]
+        self.team.forget(author)
 
-    def _lattice_box(self, box: CellBox) -> CellBox:
-        return box if box.empty else box.shifted(*self.lattice)
+
+def lattice_of(geometry: GridGeometry) -> tuple[int, int]:
+    """Return row and column of a grid's first cell on the lattice of cells through (0, 0)."""
+    return (
+        round(geometry.origin_y / geometry.resolution),
+        round(geometry.origin_x / geometry.resolution),
+    )

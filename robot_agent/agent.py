@@ -322,6 +322,21 @@ class Agent:
     def _shut_down(self, message: Message, now: float) -> list[Effect]:
         return [Stop("over")]
 
+    @property
+    def explorer(self) -> Explorer | None:
+        """What makes its bids, once it has a body."""
+        return self._body_parts[2] if self._body_parts else None
+
+    @property
+    def mapping(self) -> LocalMapping | None:
+        """Its own mapping, once it has a body."""
+        return self._body_parts[0] if self._body_parts else None
+
+    @property
+    def body(self) -> Body:
+        """Its body, as far as it knows."""
+        return (self._joined and self._joined.body) or Body()
+
     def pose_map(self) -> Pose2:
         """Return where the robot believes to be, map frame."""
         T_odom_base = self._body_parts[0].T_odom_base if self._body_parts else IDENTITY

@@ -1,0 +1,39 @@
+"""One member's copy of the team's observations and poses, as whoever draws them wants it."""
+
+from __future__ import annotations
+
+import zlib
+
+from mapping.geometry import Pose2
+from protocol.observation_log import Author, ObservationLog
+from protocol.pose_coding import pose_of
+
+
+class HeldLog:
+    """The observation log as a source of bytes and poses.
+
+    Args:
+        log: what is held.
+    """
+
+    def __init__(self, log: ObservationLog) -> None:
+        self._log = log
+
+    def payload(self, author: tuple[str, int], number: int) -> bytes:
+        """Return the bytes of an entry that is held."""
+        return self._log.of(Author(*author)).entries[number].what.payload
+
+    def poses(self, author: tuple[str, int]) -> dict[int, Pose2]:
+        """Return where the entries of an author were made, by the newest word on it, map frame."""
+        log = self._log.of(Author(*author))
+        return {number: pose_of(log.pose(number)) for number in sorted(log.entries)}
+
+    def checksum(self) -> int:
+        """Return a CRC-32 of all that is held: two that hold the same have the same one."""
+        total = 0
+        for author in self._log.authors():
+            log = self._log.of(author)
+            if log.entries:
+                held = f"{author.robot} {author.life} {log.count} {log.checksum(log.count)} "
+                total = zlib.crc32((held + str(log.beyond())).encode(), total)
+        return total

@@ -1,0 +1,192 @@
+"""A robot of a team without a master: the same robot as ever, with its own word for a server's.
+
+The robot's software (`robot_agent.agent`) speaks to a server. Here that is the robot itself: what
+it would send is answered from what all robots share. So mapping, bidding and driving are the same,
+whoever decides. What the others say comes by radio: observations, poses, and where they are.
+
+Source: Pfingsthorn et al. 2007, section 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from coordination.strategy import Strategy
+from protocol import messages as words
+from protocol.codec import Header
+from protocol.effects import Effect, Event, Note, Received, Rejected, Send
+from protocol.log_messages import LogHave, LogWant, Observations, PoseSet
+from protocol.messages import EVERYONE, SERVER, WORLD, Message
+from protocol.peer_messages import Beacon
+from protocol.world_messages import Finished, Joined
+from robot_agent.agent import Agent
+from robot_agent.decentral.beaconing import Beaconing
+from robot_agent.decentral.choosing import Choosing
+from robot_agent.decentral.sharing import Sharing
+from robot_agent.decentral.settings import PeerSettings
+
+_LOG = (Observations, PoseSet, LogHave, LogWant)
+
+
+class Peer:
+    """The core of a robot that needs no server.
+
+    Args:
+        agent: the robot's software.
+        settings: how it shares and decides.
+        strategy: ranks the places it could go to.
+        sharing: its copy of the team's observations.
+        life: which start of the robot's software this is.
+    """
+
+    def __init__(
+        self,
+        agent: Agent,
+        settings: PeerSettings,
+        strategy: Strategy,
+        sharing: Sharing,
+        life: int = 0,
+    ) -> None:
+        self.agent = agent
+        self.life = life
+        self.name = agent.name
+        self.sharing = sharing
+        self.choosing = Choosing(agent, strategy, settings.decision)
+        self._beaconing = Beaconing(settings)
+        self._answers: dict[type[Message], Callable[[Message, float], list[Effect]]] = {
+            words.Hello: self._hello,
+            words.Heartbeat: self._heartbeat,
+            words.ScanReport: self._report,
+            words.Bid: self._bid,
+            words.TaskEnd: self._task_end,
+            words.TightPlace: self._tight_place,
+            words.MapRequest: self._map_request,
+        }
+
+    # --- the core's three methods -----------------------------------------------------------
+
+    def next_deadline(self) -> float | None:
+        """Return when something is due next [s]."""
+        due = [self.agent.next_deadline(), self.sharing.next_deadline(), self.choosing.due]
+        return min(at for at in due if at is not None)
+
+    def handle(self, event: Event, now: float) -> list[Effect]:
+        """Take a body frame, a question of the world's, or a teammate's word."""
+        if isinstance(event, Rejected) and event.channel == "radio":
+            return self.sharing.fault(event.source, event.reason, now)
+        if not isinstance(event, Received):
+            return self._carry_out(self.agent.handle(event, now), now)
+        if event.channel == "radio":
+            return self._hear(event.header, event.message, now)
+        if isinstance(event.message, words.MapRequest):
+            return self._tell_judge(event.message)
+        effects = self._carry_out(self.agent.handle(event, now), now)
+        if isinstance(event.message, Joined) and self.agent.mapping is not None:
+            self.sharing.begin(event.message, self.agent.mapping, self.life == 0)
+        return effects
+
+    def tick(self, now: float) -> list[Effect]:
+        """Do what is due: share, draw, decide."""
+        effects: list[Effect] = []
+        deadline = self.agent.next_deadline()
+        if deadline is not None and deadline <= now:
+            effects += self._carry_out(self.agent.tick(now), now)
+        effects += self.sharing.tick(now)
+        delta = self.sharing.delta_due(now)
+        if delta is not None:
+            effects += self._tell(delta, now)
+        placed = self.sharing.place_due(now)
+        if placed is not None:
+            effects += self._tell(placed, now)
+        return [*effects, *self._decide(now)]
+
+    # --- what the robot's software would tell a server ------------------------------------------
+
+    def _carry_out(self, effects: list[Effect], now: float) -> list[Effect]:
+        """Answer what is for a server; all else is to be done as it is."""
+        done: list[Effect] = []
+        for effect in effects:
+            if not (isinstance(effect, Send) and effect.to == SERVER):
+                done.append(effect)
+            elif answer := self._answers.get(type(effect.message)):
+                done += answer(effect.message, now)
+        return done
+
+    def _tell(self, message: Message, now: float) -> list[Effect]:
+        """Let the robot's software hear a word as if a server had sent it."""
+        header = Header(message.type, SERVER, self.name, 0, now)
+        return self._carry_out(self.agent.handle(Received("radio", header, message), now), now)
+
+    def _hello(self, message: Message, now: float) -> list[Effect]:
+        assert isinstance(message, words.Hello)
+        return self._tell(words.Welcome(now_s=now, strategy="decides for itself"), now)
+
+    def _heartbeat(self, message: Message, now: float) -> list[Effect]:
+        """Tell the others where the robot is, and see how long nothing was left to do."""
+        assert isinstance(message, words.Heartbeat)
+        body = (self.life, self.agent.body.radius_m, 0.0)
+        held, where = self.sharing.checksum(), self.agent.pose_map()
+        beacon = self._beaconing.due(message, where, self.choosing, body, held, now)
+        if beacon is None:
+            return []
+        self.choosing.crew.hear(self.name, beacon, now)
+        return [Send("radio", EVERYONE, beacon)]
+
+    def _report(self, message: Message, now: float) -> list[Effect]:
+        """Share what the robot saw, unless the mission is over for it."""
+        assert isinstance(message, words.ScanReport)
+        if not self.choosing.through:
+            self.sharing.observe(message, now)
+        return self._tell(words.ReportsReceived(number=message.number), now)
+
+    def _bid(self, message: Message, now: float) -> list[Effect]:
+        assert isinstance(message, words.Bid)
+        award = self.choosing.bid(message, now)
+        return self._tell(award, now) if award else []
+
+    def _task_end(self, message: Message, now: float) -> list[Effect]:
+        assert isinstance(message, words.TaskEnd)
+        award = self.choosing.ended(message, now)
+        return self._tell(award, now) if award else []
+
+    def _tight_place(self, message: Message, now: float) -> list[Effect]:
+        """Tell the others where the body does not fit through."""
+        return [Send("radio", EVERYONE, message)]
+
+    def _map_request(self, message: Message, now: float) -> list[Effect]:
+        return self._tell(self.sharing.feed.snapshot(), now)
+
+    # --- what others say ------------------------------------------------------------------------
+
+    def _hear(self, header: Header, message: Message, now: float) -> list[Effect]:
+        """Take a teammate's word."""
+        source = header.source
+        if not self.sharing.hears(source, now):
+            return []
+        if isinstance(message, _LOG):
+            return self.sharing.take(source, message, now)
+        if isinstance(message, Beacon):
+            if self.choosing.crew.hear(source, message, header.stamp):
+                return self._tell(self.choosing.crew.team_poses(), now)
+        elif isinstance(message, words.TightPlace):
+            return self._tell(message, now)
+        return []
+
+    def _tell_judge(self, request: words.MapRequest) -> list[Effect]:
+        """Tell the world's judge how the map looks, by no radio: it is not part of the mission."""
+        told: list[Message] = [self.sharing.told_judge(request.have), self.choosing.crew.team_poses()]
+        return [Send("body", WORLD, message) for message in told if message is not None]
+
+    # --- deciding -------------------------------------------------------------------------------
+
+    def _decide(self, now: float) -> list[Effect]:
+        """Drive home when nothing is left to do; end when that is so for everybody."""
+        award = self.choosing.idle_word(now, self.sharing.home)
+        effects = self._tell(award, now) if award else []
+        if self.choosing.agreed(self.sharing.checksum(), now):
+            reason = "nothing useful is left, and all hold the same"
+            end = words.MissionEnd(ended="explored", reason=reason)
+            effects += self._tell(end, now)
+            note = Note("info", f"through at {now:.1f} s: {reason}")
+            effects += [note, Send("body", WORLD, Finished(ended="explored", reason=reason))]
+        return effects

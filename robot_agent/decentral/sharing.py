@@ -1,0 +1,236 @@
+"""A robot's copy of the team's observations: what it tells, what it is told, the map of it all."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mapping.geometry import Pose2
+from mapping.observation_coding import Observation, encode_observation
+from mapping.scan import LaserScan
+from mapping.scan_coding import ScanCodingSettings
+from mapping.shared_map import SharedMap
+from protocol.effects import Effect, Note, Send
+from protocol.held_log import HeldLog
+from protocol.log_messages import LogMessage
+from protocol.log_sync import LogSync
+from protocol.map_feed import MapFeed
+from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
+from protocol.pose_coding import PoseTable, pose_steps
+from protocol.world_messages import Joined
+from robot_agent.decentral.alignment import align, map_around
+from robot_agent.decentral.own_poses import OwnPoses, moved
+from robot_agent.decentral.settings import PeerSettings
+from robot_agent.local_mapping import LocalMapping
+
+_EPSILON = 1e-9
+_HELD_MOST = 200  # observations of a robot that does not know where it is
+
+
+class Sharing:
+    """Keeps the copy, tells the robot's software the map and where the robot is in it.
+
+    Args:
+        sync: keeps the log the same as the others'.
+        shared: draws it.
+        settings: how often, and how exactly.
+        mapping: the robot's own mapping, once it has a body.
+
+    Attributes:
+        feed: tells the map to the robot's software.
+        home: where the robot began, (x, y) [m], map frame; None until it is known.
+    """
+
+    def __init__(self, sync: LogSync, shared: SharedMap, settings: PeerSettings) -> None:
+        self.sync = sync
+        self.shared = shared
+        self.held = HeldLog(sync.log)
+        self.feed = MapFeed(shared.view(), settings.map_period_s)
+        self.home: tuple[float, float] | None = None
+        self._judge = MapFeed(shared.view(), 0.0)
+        self._settings = settings
+        self._coding = ScanCodingSettings(error_bound_m=settings.error_bound_m)
+        self._own: OwnPoses | None = None
+        self._guess = Pose2(0.0, 0.0, 0.0)
+        self._sigma = (0.0, 0.0)
+        self._waiting: list[ScanReport] = []
+        self._told: ScanReport | None = None
+        self._rows: list[int] = []  # which report each entry of this start was, from 0
+        self._updated: Pose2 | None = None
+        self._next_repose = 0.0
+        self._mapping: LocalMapping | None = None
+        self._kept = own_table(sync)
+        self._victims = np.zeros((0, 2))
+
+    # --- the robot's own ------------------------------------------------------------------------
+
+    def begin(self, joined: Joined, mapping: LocalMapping, first: bool) -> None:
+        """The robot has a body now.
+
+        Args:
+            joined: where it was told it starts.
+            mapping: its own map.
+            first: whether it stands where it was told, and was not started anew somewhere.
+        """
+        self._mapping = mapping
+        self._guess = joined.start or Pose2(0.0, 0.0, 0.0)
+        self._sigma = (joined.start_sigma_m, math.radians(joined.start_sigma_deg))
+        if first and joined.start_sigma_m <= self._settings.tied_m:
+            self._tie(self._guess)
+
+    def reference(self) -> None:
+        """This robot's supposed start is where it is, by definition: the others fit theirs to it."""
+        if self._own is None:
+            self._tie(self._guess)
+
+    @property
+    def tied(self) -> bool:
+        """Whether the robot knows where its own map lies in the team's."""
+        return self._own is not None
+
+    def observe(self, report: ScanReport, now: float) -> None:
+        """Share what the robot saw, or keep it until it knows where that was."""
+        if self._own is None:
+            self._waiting = [*self._waiting, report][-_HELD_MOST:]
+            return
+        self._append(report, now)
+
+    def place_due(self, now: float) -> PoseUpdate | None:
+        """Return where the robot's own map lies in the team's, if that is news to its software."""
+        if now < self._next_repose - _EPSILON or self._mapping is None:
+            return None
+        self._next_repose = now + self._settings.repose_period_s
+        if self._own is None and self._waiting:
+            self._try_to_tie(now)
+        if self._own is None:
+            return None
+        T_map_odom = self._own.T_map_own
+        if self._told is not None:
+            poses_own = self._mapping.reported_poses()[self._rows]
+            self._revise(self._own.table(poses_own), now)
+            T_map_odom = self._own.T_map_odom(poses_own[-1], self._told.T_odom_base)
+        if self._updated == T_map_odom:
+            return None
+        self._updated = T_map_odom
+        return PoseUpdate(number=0, T_map_odom=T_map_odom, uncertainty_m=0.0, matched=True)
+
+    # --- the team's -----------------------------------------------------------------------------
+
+    def hears(self, peer: str, now: float) -> bool:
+        """Note that a peer said something; return whether it is listened to."""
+        if peer in self.sync.standing.isolated:
+            return False
+        self.sync.hear(peer, now)
+        return True
+
+    def take(self, peer: str, message: LogMessage, now: float) -> list[Effect]:
+        """Take a peer's word about logs."""
+        sent = self.sync.handle(peer, message, now)
+        return [*(Send("radio", out.to, out.message) for out in sent), *self.sync.take_notes()]
+
+    def fault(self, peer: str, reason: str, now: float) -> list[Effect]:
+        """Count something that cannot be."""
+        self.sync.fault(peer, reason, now)
+        return list(self.sync.take_notes())
+
+    def next_deadline(self) -> float:
+        """Return when something is due next [s]."""
+        return min(self.sync.next_deadline(), self.feed.due, self._next_repose)
+
+    def tick(self, now: float) -> list[Effect]:
+        """Say what is due."""
+        if self.sync.next_deadline() > now:
+            return []
+        sent = self.sync.tick(now)
+        return [*(Send("radio", out.to, out.message) for out in sent), *self.sync.take_notes()]
+
+    def delta_due(self, now: float) -> MapDelta | None:
+        """Return what changed of the map, if it is time."""
+        if now < self.feed.due - _EPSILON:
+            return None
+        self.follow(now)
+        return self.feed.delta_due(now)
+
+    def told_judge(self, have: int) -> MapSnapshot | MapDelta | None:
+        """Return the map for somebody who has it as of number `have`."""
+        if have == 0 or have != self._judge.number:
+            self._judge.delta()
+            return self._judge.snapshot() if self._judge.number else None
+        return self._judge.delta()
+
+    def checksum(self) -> int:
+        """Return a checksum of all that is held."""
+        return self.held.checksum()
+
+    def follow(self, now: float) -> None:
+        """Let the map follow the log; whoever told what is no observation is to blame."""
+        changes = self.sync.log.take_changes()
+        entries = [*changes.entries, *changes.replaced]
+        bad = self.shared.take_in(self.held, entries, changes.repositioned, changes.forgotten)
+        for (author, number), reason in bad:
+            by = self.sync.log.logs[author].entries[number].by  # type: ignore[index]
+            self.sync.fault(by, reason, now)
+
+    # --- steps ----------------------------------------------------------------------------------
+
+    def _tie(self, T_map_own: Pose2) -> None:
+        """The robot knows where its own map lies in the team's."""
+        self._own = OwnPoses(self._kept, T_map_own)
+        self.home = (T_map_own.x, T_map_own.y)
+
+    def _append(self, report: ScanReport, now: float) -> None:
+        assert self._own is not None
+        observation = Observation(scan_of(report), self._victims)
+        payload = encode_observation(observation, self._coding)
+        pose = pose_steps(self._own.T_map_own @ report.T_odom_base)
+        self.sync.append(payload, pose, now)
+        self._told = report
+        self._rows.append(report.number - 1)
+
+    def _revise(self, table: PoseTable, now: float) -> None:
+        """Tell the poses anew if one of them is off by too much."""
+        settings = self._settings
+        told = own_table(self.sync)
+        if moved(told, table, settings.repose_m, math.radians(settings.repose_deg)):
+            self.sync.revise(table, now)
+
+    def _try_to_tie(self, now: float) -> None:
+        """Look whether what the robot saw fits what the others saw around there."""
+        self.follow(now)
+        own = [(scan_of(report), report.T_odom_base) for report in self._waiting]
+        place = self._guess @ own[-1][1]
+        scans = self.shared.scans(self.sync.log.me.robot)
+        around = map_around(scans, place, self.shared.team.resolution)
+        fit = align(around, own, self._guess, self._sigma)
+        settings = self._settings
+        if (
+            fit is None
+            or fit.points < settings.align_points
+            or fit.share < settings.align_fit
+            or fit.sigma > settings.align_sigma_m
+        ):
+            return
+        self._tie(fit.T_map_own)
+        waiting, self._waiting = self._waiting, []
+        for report in waiting:
+            self._append(report, now)
+
+
+def own_table(sync: LogSync) -> PoseTable:
+    """Return the poses of a robot's own entries as they were told, (n, 3) int32 in steps."""
+    own = sync.log.own
+    rows = [own.pose(number) for number in range(1, own.count + 1)]
+    return np.array(rows, dtype=np.int32).reshape(-1, 3)
+
+
+def scan_of(report: ScanReport) -> LaserScan:
+    """Return the scan that a report tells of."""
+    return LaserScan(
+        report.ranges,
+        report.bearing_start_rad,
+        report.bearing_step_rad,
+        report.range_max_m,
+        report.stamp_s,
+        report.T_base_laser,
+    )
