@@ -47,12 +47,18 @@ class CellBox:
             max(self.ix1, other.ix1),
         )
 
+    def intersection(self, other: CellBox) -> CellBox:
+        """Return the cells that both boxes hold; an empty box if there are none."""
+        return CellBox(
+            max(self.iy0, other.iy0),
+            max(self.ix0, other.ix0),
+            min(self.iy1, other.iy1),
+            min(self.ix1, other.ix1),
+        )
+
     def overlaps(self, other: CellBox) -> bool:
         """Whether the boxes have a cell in common."""
-        return (
-            max(self.iy0, other.iy0) < min(self.iy1, other.iy1)
-            and max(self.ix0, other.ix0) < min(self.ix1, other.ix1)
-        )  # fmt: skip
+        return not self.intersection(other).empty
 
     def shifted(self, rows: int, cols: int) -> CellBox:
         """Return the box moved by whole cells."""
@@ -66,6 +72,11 @@ class CellBox:
             min(self.iy1 + cells, geometry.rows),
             min(self.ix1 + cells, geometry.cols),
         )
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, cols); negative or 0 for a box that holds no cell."""
+        return self.iy1 - self.iy0, self.ix1 - self.ix0
 
     @property
     def slices(self) -> tuple[slice, slice]:

@@ -116,9 +116,9 @@ class ParticleFilter:
     def occupancy(self) -> OccupancyGrid:
         """Return the map of the best particle, in the frame of `trajectory`: drawn when asked."""
         drawn_map = ScanMap(self.settings.map.resolution, self.settings.map.integration)
-        for scan, T_odom_base in self._views():
-            drawn_map.add("", scan.within(self.particles.free_reach), T_odom_base)
-        return drawn_map.grid()[0]
+        for number, (scan, T_odom_base) in enumerate(self._views()):
+            drawn_map.observe(number, scan.within(self.particles.free_reach), T_odom_base)
+        return drawn_map.grid()
 
     def _move(self, T_before_after: Pose2) -> None:
         """Follow the wheels."""
