@@ -105,6 +105,7 @@ class Strategy(Protocol):
 STRATEGIES: dict[str, str] = {
     "auction": "coordination.strategies.auction:Auction",
     "nearest": "coordination.strategies.nearest:Nearest",
+    "minpos": "coordination.strategies.minpos:MinPos",
 }
 
 

@@ -10,9 +10,9 @@ import math
 from coordination.strategy import Choice, Region, Strategy
 from coordination.task import Task, TaskState
 from coordination.task_node import Act, Leaf, Mend, Node
+from coordination.tried_places import TriedPlaces
 from server.executive_settings import ExecutiveSettings
 from server.pool import Member, Pool
-from server.tried_places import TriedPlaces
 from server.work import Work
 
 

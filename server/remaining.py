@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from coordination.bid import RobotBid, near
+from coordination.tried_places import TriedPlaces
 from mapping.geometry import Floats
 from server.pool import Pool
-from server.tried_places import TriedPlaces
 
 # Frontier places of different bids closer than this are one [m].
 SAME_PLACE = 0.3

@@ -18,6 +18,7 @@ from coordination.bid import RobotBid
 from coordination.strategy import Strategy
 from coordination.task import Task, TaskState
 from coordination.task_node import Leaf
+from coordination.tried_places import TriedPlaces
 from mapping.geometry import Pose2
 from protocol.body import Body
 from protocol.effects import Send
@@ -28,7 +29,6 @@ from server.invariants import check
 from server.operator_words import OperatorWords, Reply
 from server.pool import Member, Pool
 from server.remaining import remaining
-from server.tried_places import TriedPlaces
 from server.waiting import ChooseWaitingPlaces, Waiting
 from server.work import UNREACHABLE, Happening, Work
 

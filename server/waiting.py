@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping
 from coordination.bid import near
 from coordination.task import Point
 from coordination.task_node import Act, Leaf, Mend, Node
+from coordination.tried_places import TriedPlaces
 from coordination.waiting_place import IdleRobot
 from mapping.geometry import Floats
 from server.executive_settings import ExecutiveSettings
 from server.pool import Member, Pool
 from server.remaining import frontiers
-from server.tried_places import TriedPlaces
 from server.work import Work
 
 # Called with the idle robots, all places left to explore (n, 2) [m] and the gains there (n,) [m2];

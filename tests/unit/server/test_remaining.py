@@ -1,10 +1,10 @@
 from __future__ import annotations
 
+from coordination.tried_places import TriedPlaces
 from protocol.body import Body
 from server.executive_settings import ExecutiveSettings
 from server.pool import Member, Pool
 from server.remaining import frontiers, remaining
-from server.tried_places import TriedPlaces
 from server.work import Work
 from tests.unit.server.executive_rig import bid_of
 

@@ -5,7 +5,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.tried_places import TriedPlaces
+from coordination.tried_places import TriedPlaces
 
 
 def test_a_failure_bars_one_robot() -> None:
