@@ -12,9 +12,16 @@ from pydantic import ValidationError
 from coordination.strategy import StrategyError, load_strategy
 from expedition.team import TeamSettings, UsageError, pose_of_start
 from mapping.geometry import Pose2, wrap_angle
+from mapping.shared_map import SharedMap
+from mapping.team_map import TeamMap
 from protocol.host import Host
+from protocol.log_sync import LogSync
+from protocol.observation_log import ObservationLog
 from robot_agent.agent import Agent
+from robot_agent.decentral.peer import Peer
+from robot_agent.decentral.sharing import Sharing
 from robot_agent.estimators import EstimatorError, find_estimator
+from server.listener import Listener
 from server.master import Master
 from sim_world.errors import WorldError
 from sim_world.judge import Judge
@@ -140,6 +147,7 @@ def world_host(team: TeamSettings, stage: Stage, lockstep: bool = True) -> Host:
             generator(team.mission.seed, WORLD_NAME),
             lockstep,
             team.mission.max_time_s,
+            leaderless=not team.server.enabled,
         )
 
     return Host(WORLD_NAME, build, frozenset({"radio", "uplink"}))
@@ -155,25 +163,51 @@ def server_host(team: TeamSettings) -> Host:
     members = team.members()
     weights = {member.name: member.cost_weight for member in members}
     settings = team.server.model_copy(update={"cost_weights": weights})
+    names = [member.name for member in members]
 
-    def build(_: int) -> Master:
+    def master(_: int) -> Master:
         strategy = load_strategy(team.mission.strategy, team.strategy)
-        names = [member.name for member in members]
         return Master(settings, strategy, team.mission.strategy, names, team.mission.max_time_s)
 
-    return Host(SERVER_NAME, build)
+    def listener(life: int) -> Listener:
+        sync, shared = _copy_of_the_log(team, SERVER_NAME, life)
+        return Listener(settings, sync, shared, names, team.mission.max_time_s)
+
+    return Host(SERVER_NAME, master if team.robot.decides == "server" else listener)
 
 
 def agent_host(team: TeamSettings, name: str) -> Host:
     """Return the host of one robot's core.
 
     Raises:
-        UsageError: the robot's estimator is unknown.
+        UsageError: the robot's estimator or the strategy is unknown.
     """
     check_estimator(team)
 
-    def build(incarnation: int) -> Agent:
+    def agent(incarnation: int) -> Agent:
         rng = generator(team.mission.seed, f"{name}.{incarnation}")
         return Agent(name, team.robot, incarnation, rng)
 
-    return Host(name, build)
+    def peer(incarnation: int) -> Peer:
+        strategy = load_strategy(team.mission.strategy, team.strategy)
+        sync, shared = _copy_of_the_log(team, name, incarnation)
+        reference = name == team.members()[0].name
+        sharing = Sharing(sync, shared, team.robot.peer, reference)
+        return Peer(agent(incarnation), team.robot.peer, strategy, sharing, incarnation)
+
+    if team.robot.decides == "server":
+        return Host(name, agent)
+    check_strategy(team)
+    return Host(name, peer)
+
+
+def _copy_of_the_log(team: TeamSettings, name: str, life: int) -> tuple[LogSync, SharedMap]:
+    """Return an empty copy of a team's observations for one of its members, and what draws it."""
+    settings = team.robot.peer
+    rng = generator(team.mission.seed, f"{name}.{life}.log")
+    names = tuple(member.name for member in team.members())
+    sync = LogSync(ObservationLog(name, life), settings.log, rng, team=names)
+    drawn = TeamMap[tuple[str, int]](
+        team.robot.mapping.resolution_m, largest_cells=settings.largest_cells
+    )
+    return sync, SharedMap(drawn)

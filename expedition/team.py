@@ -112,6 +112,11 @@ class TeamSettings(_Settings):
                 raise ValueError(
                     f"a fault names the robot {fault.robot!r}: use one of {names_known}"
                 )
+        if not self.server.enabled and self.robot.decides == "server":
+            raise ValueError(
+                "without a server the robots must decide for themselves: set "
+                "robot.decides = 'itself', or leave server.enabled on"
+            )
         for name in self.world.radio.names():
             if name not in known and name != "server":
                 raise ValueError(

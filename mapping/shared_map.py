@@ -126,10 +126,10 @@ class SharedMap:
         for view in self._views:
             view.note(box)
 
-    def scans(self, other_than: str) -> Iterable[tuple[LaserScan, Pose2]]:
-        """Yield the scans of all robots but one, with their poses, map frame."""
+    def scans(self, author: Author, since: int) -> Iterable[tuple[LaserScan, Pose2]]:
+        """Yield all scans but those of an author after number `since`, with poses, map frame."""
         for placed in self.team.placed():
-            if placed.author[0] != other_than:
+            if placed.author != author or placed.number <= since:
                 yield placed.scan, placed.T_map_base
 
     def _observe(

@@ -128,6 +128,15 @@ class TeamMap(Generic[Author]):
         """
         return self._layer(author).place(poses)
 
+    def forget(self, author: Author) -> None:
+        """Take all scans of an author out of the map."""
+        layer = self.layers.pop(author, None)
+        if layer is None:
+            return
+        box = layer.cells.box.intersection(self._sum.box)
+        self._add_up(box)
+        self._changed = self._changed.union(box)
+
     def placed(self) -> Iterator[PlacedScan[Author]]:
         """Yield all scans on the map, by author and number."""
         for author in sorted(self.layers):

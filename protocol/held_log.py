@@ -28,6 +28,10 @@ class HeldLog:
         log = self._log.of(Author(*author))
         return {number: pose_of(log.pose(number)) for number in sorted(log.entries)}
 
+    def told_by(self, author: tuple[str, int], number: int) -> str:
+        """Return the peer that told an entry that is held."""
+        return self._log.of(Author(*author)).entries[number].by
+
     def checksum(self) -> int:
         """Return a CRC-32 of all that is held: two that hold the same have the same one."""
         total = 0

@@ -39,6 +39,8 @@ from protocol.fields import (
 
 PROTOCOL_VERSION = (1, 3)
 
+Ended = Literal["explored", "time_limit", "coverage", "operator", "failed"]
+
 SERVER = "server"
 WORLD = "world"
 EVERYONE = "*"
@@ -289,5 +291,5 @@ class MissionEnd(Message):
     """The mission is over; robots stop and send what they still hold."""
 
     type: Literal["mission_end"] = "mission_end"
-    ended: Literal["explored", "time_limit", "coverage", "operator", "failed"]
+    ended: Ended
     reason: Text = ""

@@ -21,7 +21,7 @@ from protocol.fields import (
     StartSigma,
     Text,
 )
-from protocol.messages import Message
+from protocol.messages import Ended, Message
 
 
 class Join(Message):
@@ -94,10 +94,10 @@ class Shutdown(Message):
 
 
 class Finished(Message):
-    """The server tells the world that the mission has ended, and how."""
+    """The server, or each robot of a team without one, tells the world that the mission has ended."""
 
     type: Literal["finished"] = "finished"
-    ended: Literal["explored", "time_limit", "coverage", "operator", "failed"]
+    ended: Ended
     reason: Text = ""
 
 

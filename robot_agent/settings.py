@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from protocol.fields import NotNegative, Positive
+from robot_agent.decentral.settings import PeerSettings
 from robot_agent.navigation_settings import NavigationSettings
 
 
@@ -99,11 +100,15 @@ class TaskSettings(_Settings):
 class RobotSettings(_Settings):
     """Everything that can be set of a robot's software.
 
+    `decides`: who says what a robot does next: a `server`, or it decides for `itself`, as `peer`
+    says, see `robot_agent.decentral`.
     `look_around`: turn once on the spot before anything else, so that the first reports show all
     that is around the start and tie the robot to the team's map.
     """
 
     estimator: str = "scan_matching"
+    decides: Literal["server", "itself"] = "server"
+    peer: PeerSettings = PeerSettings()
     mapping: LocalMapSettings = LocalMapSettings()
     explorer: ExplorerSettings = ExplorerSettings()
     navigation: NavigationSettings = NavigationSettings()

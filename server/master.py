@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Literal
 
 from coordination.strategy import Strategy
 from mapping.geometry import IDENTITY
@@ -30,7 +29,7 @@ from server.settings import ServerSettings
 from server.task_executive import TaskExecutive
 from server.waiting_ground import WaitingGround, pose_of
 
-Ended = Literal["explored", "time_limit", "coverage", "operator", "failed"]
+Ended = words.Ended
 _EPSILON = 1e-9
 
 

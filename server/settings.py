@@ -72,9 +72,12 @@ class MapSettings(_Settings):
 class ServerSettings(_Settings):
     """Everything that can be set of the server.
 
+    `enabled`: a team whose robots decide for themselves needs none; where there is one, it hears
+    what the robots tell each other, and draws the same map.
     `cost_weights` multiply the path costs of single robots in the auction.
     """
 
+    enabled: bool = True
     merger: MergerSettings = MergerSettings()
     map: MapSettings = MapSettings()
     executive: ExecutiveSettings = ExecutiveSettings()

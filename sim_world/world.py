@@ -27,7 +27,7 @@ from protocol.effects import (
 )
 from protocol.errors import ProtocolError
 from protocol.fault_book import FaultBook
-from protocol.messages import SERVER, Hello, MapRequest
+from protocol.messages import SERVER, Ended, Hello, MapRequest, Message
 from protocol.operator_messages import StopRequest
 from protocol.world_messages import BodyFrame, Finished, Join, Joined, MotionCommand
 from sim_world import kinematics
@@ -39,6 +39,7 @@ from sim_world.radio.shadowing import Place
 from sim_world.robot_body import RobotBody, RobotSpec, robot_body
 from sim_world.scene import Scene
 from sim_world.settings import WorldSettings
+from sim_world.witnesses import Witnesses
 
 _NO_SWEEP = np.zeros(0, dtype=np.float32)
 _EPSILON = 1e-9
@@ -56,6 +57,8 @@ class World:
         rng: source of all noise.
         lockstep: whether mission time waits for the processes.
         time_limit: mission time at which the mission must be over [s]; None for never.
+        leaderless: the team has no server: the world asks the robots for their map, and the mission
+            is over when all of them say so.
     """
 
     def __init__(
@@ -67,7 +70,9 @@ class World:
         rng: np.random.Generator,
         lockstep: bool = True,
         time_limit: float | None = None,
+        leaderless: bool = False,
     ) -> None:
+        self._witnesses = Witnesses(judge) if leaderless else None
         self._scene = scene
         self._settings = settings
         self._lockstep = lockstep
@@ -109,7 +114,7 @@ class World:
     def tick(self, now: float) -> list[Effect]:
         """Let time pass up to `now`: move bodies, sweep lasers, strike faults, judge."""
         effects: list[Effect] = []
-        if not self._observing and now > 0.0:
+        if not self._observing and now > 0.0 and self._witnesses is None:
             effects.append(Send("uplink", SERVER, Hello(role="observer")))
         self._move(now)
         self.relay.advance(now, self._places())
@@ -121,9 +126,20 @@ class World:
         effects += self._sense(now)
         effects += self._judge(now)
         self._next_tick = now + 0.5 * self._settings.step_s
-        if self._time_limit is not None and now > self._time_limit + _GRACE_S:
-            effects.append(Stop("time_limit"))
+        if self._time_limit is not None and now > self._time_limit + self._grace:
+            effects += self._end("time_limit", f"{self._time_limit:g} s are over")
         return effects
+
+    @property
+    def _grace(self) -> float:
+        """How long after the time limit the mission may still go on [s]."""
+        return _GRACE_S if self._witnesses is None else -_EPSILON
+
+    def _end(self, ended: Ended, reason: str) -> list[Effect]:
+        """End the mission."""
+        if self.finished is None:
+            self.finished = Finished(ended=ended, reason=reason)
+        return [Stop(ended)]
 
     @property
     def now(self) -> float:
@@ -142,8 +158,25 @@ class World:
             robot.command = (message.speed_m_s, message.turn_rate_rad_s)
             robot.command_stamp = now
         elif isinstance(message, Finished) and source == SERVER:
-            self.finished = message
-            return [Stop(message.ended)]
+            return self._end(message.ended, message.reason)
+        elif self._witnesses is not None and source in self.robots:
+            return self._hear_witness(source, message)
+        return []
+
+    def _hear_witness(self, name: str, message: Message) -> list[Effect]:
+        """Take a robot's word on the map, or that the mission is over for it."""
+        assert self._witnesses is not None
+        if isinstance(message, Finished):
+            self._witnesses.through.add(name)
+            present = [name for name, robot in self.robots.items() if robot.connected]
+            if self._witnesses.through.issuperset(present):
+                return self._end(message.ended, message.reason)
+            return []
+        truth = {name: robot.motion.T_world_base for name, robot in self.robots.items()}
+        try:
+            self._witnesses.hear(name, message, truth)
+        except ValueError as error:
+            return list(self._dropped.enter("a word to the judge", name, str(error)))
         return []
 
     def _joined(self, name: str, now: float) -> Joined:
@@ -294,7 +327,12 @@ class World:
         self._next_judging = now + self._settings.judge_period_s
         covered = self.judge.measure(now)
         wanted = self._settings.stop_at_coverage
-        if wanted is None or covered < wanted or self._stop_sent:
+        enough = wanted is not None and covered >= wanted
+        if self._witnesses is not None:
+            if enough:
+                return self._end("coverage", f"coverage {covered:.3f}")
+            return self._witnesses.ask([n for n, robot in self.robots.items() if robot.connected])
+        if not enough or self._stop_sent:
             return []
         self._stop_sent = True
         return [Send("uplink", SERVER, StopRequest(ended="coverage"))]

@@ -17,7 +17,7 @@ from protocol.log_messages import LogMessage
 from protocol.log_sync import LogSync
 from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
-from protocol.pose_coding import PoseTable, pose_steps
+from protocol.pose_coding import PoseTable, pose_of, pose_steps
 from protocol.world_messages import Joined
 from robot_agent.decentral.alignment import align, map_around
 from robot_agent.decentral.own_poses import OwnPoses, moved
@@ -25,6 +25,8 @@ from robot_agent.decentral.settings import PeerSettings
 from robot_agent.local_mapping import LocalMapping
 
 _EPSILON = 1e-9
+# A robot that was started anew stands about where it last told that it was [m], [rad].
+_LEFT_SIGMA = (0.5, math.radians(30.0))
 _HELD_MOST = 200  # observations of a robot that does not know where it is
 
 
@@ -35,14 +37,16 @@ class Sharing:
         sync: keeps the log the same as the others'.
         shared: draws it.
         settings: how often, and how exactly.
-        mapping: the robot's own mapping, once it has a body.
+        reference: whether this robot stands where it was told by definition: the others fit theirs.
 
     Attributes:
         feed: tells the map to the robot's software.
         home: where the robot began, (x, y) [m], map frame; None until it is known.
     """
 
-    def __init__(self, sync: LogSync, shared: SharedMap, settings: PeerSettings) -> None:
+    def __init__(
+        self, sync: LogSync, shared: SharedMap, settings: PeerSettings, reference: bool
+    ) -> None:
         self.sync = sync
         self.shared = shared
         self.held = HeldLog(sync.log)
@@ -51,7 +55,9 @@ class Sharing:
         self._judge = MapFeed(shared.view(), 0.0)
         self._settings = settings
         self._coding = ScanCodingSettings(error_bound_m=settings.error_bound_m)
+        self._reference = reference
         self._own: OwnPoses | None = None
+        self._first = True
         self._guess = Pose2(0.0, 0.0, 0.0)
         self._sigma = (0.0, 0.0)
         self._waiting: list[ScanReport] = []
@@ -76,12 +82,8 @@ class Sharing:
         self._mapping = mapping
         self._guess = joined.start or Pose2(0.0, 0.0, 0.0)
         self._sigma = (joined.start_sigma_m, math.radians(joined.start_sigma_deg))
-        if first and joined.start_sigma_m <= self._settings.tied_m:
-            self._tie(self._guess)
-
-    def reference(self) -> None:
-        """This robot's supposed start is where it is, by definition: the others fit theirs to it."""
-        if self._own is None:
+        self._first = first
+        if first and (self._reference or joined.start_sigma_m <= self._settings.tied_m):
             self._tie(self._guess)
 
     @property
@@ -169,8 +171,7 @@ class Sharing:
         entries = [*changes.entries, *changes.replaced]
         bad = self.shared.take_in(self.held, entries, changes.repositioned, changes.forgotten)
         for (author, number), reason in bad:
-            by = self.sync.log.logs[author].entries[number].by  # type: ignore[index]
-            self.sync.fault(by, reason, now)
+            self.sync.fault(self.held.told_by(author, number), reason, now)
 
     # --- steps ----------------------------------------------------------------------------------
 
@@ -178,6 +179,16 @@ class Sharing:
         """The robot knows where its own map lies in the team's."""
         self._own = OwnPoses(self._kept, T_map_own)
         self.home = (T_map_own.x, T_map_own.y)
+
+    def _left_at(self) -> tuple[Pose2, tuple[float, float]]:
+        """Return where the robot was last known to be before it was started anew, and how well."""
+        me = self.sync.log.me
+        for author in sorted(self.sync.log.authors(), reverse=True):
+            log = self.sync.log.of(author)
+            top = len(self._kept) if author == me else log.top
+            if author.robot == me.robot and top in log.entries:
+                return pose_of(log.pose(top)), _LEFT_SIGMA
+        return self._guess, (max(self._sigma[0], _LEFT_SIGMA[0]), _LEFT_SIGMA[1])
 
     def _append(self, report: ScanReport, now: float) -> None:
         assert self._own is not None
@@ -199,10 +210,10 @@ class Sharing:
         """Look whether what the robot saw fits what the others saw around there."""
         self.follow(now)
         own = [(scan_of(report), report.T_odom_base) for report in self._waiting]
-        place = self._guess @ own[-1][1]
-        scans = self.shared.scans(self.sync.log.me.robot)
-        around = map_around(scans, place, self.shared.team.resolution)
-        fit = align(around, own, self._guess, self._sigma)
+        guess, sigma = (self._guess, self._sigma) if self._first else self._left_at()
+        scans = self.shared.scans(self.sync.log.me, len(self._kept))
+        around = map_around(scans, guess @ own[-1][1], self.shared.team.resolution)
+        fit = align(around, own, guess, sigma)
         settings = self._settings
         if (
             fit is None
