@@ -109,7 +109,9 @@ class SharedMap:
         for author in forgotten:
             self._forget(author)
         bad, moved = [], dict.fromkeys(repositioned)
-        poses = {author: held.poses(author) for author in {**moved, **{a: None for a, _ in entries}}}
+        poses = {
+            author: held.poses(author) for author in {**moved, **{a: None for a, _ in entries}}
+        }
         for author, number in entries:
             reason = self._observe(author, number, held.payload(author, number), poses[author])
             if reason is not None:

@@ -94,7 +94,7 @@ class Shutdown(Message):
 
 
 class Finished(Message):
-    """The server, or each robot of a team without one, tells the world that the mission has ended."""
+    """The mission has ended, and how: the server tells the world, or each robot of a team without."""
 
     type: Literal["finished"] = "finished"
     ended: Ended

@@ -63,7 +63,9 @@ class Decision:
         self._bid = bid
         bids = [bid, *(_of_mate(bid, name, costs[name]) for name in sorted(costs))]
         kept = self._tried.kept_from(self._robot, now)
-        return self._decide([each.without(kept, self._settings.tried_radius_m) for each in bids], now)
+        return self._decide(
+            [each.without(kept, self._settings.tried_radius_m) for each in bids], now
+        )
 
     def again(self, costs: Mapping[str, Floats], now: float) -> Award | None:
         """Decide anew on the last bid: the task in hand has ended, or a place has rested enough."""

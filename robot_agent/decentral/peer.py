@@ -22,8 +22,8 @@ from protocol.world_messages import Finished, Joined
 from robot_agent.agent import Agent
 from robot_agent.decentral.beaconing import Beaconing
 from robot_agent.decentral.choosing import Choosing
-from robot_agent.decentral.sharing import Sharing
 from robot_agent.decentral.settings import PeerSettings
+from robot_agent.decentral.sharing import Sharing
 
 _LOG = (Observations, PoseSet, LogHave, LogWant)
 
@@ -174,7 +174,10 @@ class Peer:
 
     def _tell_judge(self, request: words.MapRequest) -> list[Effect]:
         """Tell the world's judge how the map looks, by no radio: it is not part of the mission."""
-        told: list[Message] = [self.sharing.told_judge(request.have), self.choosing.crew.team_poses()]
+        told: list[Message] = [
+            self.sharing.told_judge(request.have),
+            self.choosing.crew.team_poses(),
+        ]
         return [Send("body", WORLD, message) for message in told if message is not None]
 
     # --- deciding -------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from mapping.observation_coding import Observation, encode_observation
 from mapping.scan import LaserScan
 from mapping.scan_coding import ScanCodingSettings
 from mapping.shared_map import SharedMap
-from protocol.effects import Effect, Note, Send
+from protocol.effects import Effect, Send
 from protocol.held_log import HeldLog
 from protocol.log_messages import LogMessage
 from protocol.log_sync import LogSync
