@@ -94,7 +94,7 @@ class Shutdown(Message):
 
 
 class Finished(Message):
-    """The mission has ended, and how: the server tells the world, or each robot of a team without."""
+    """The mission has ended: word of the server, or of each robot of a team without one."""
 
     type: Literal["finished"] = "finished"
     ended: Ended

@@ -134,6 +134,19 @@ def test_without_scans_one_cell_is_unknown():
     assert grid.log_odds.tolist() == [[0.0]] and grid.geometry.shape == (1, 1)
 
 
+def test_which_cell_a_point_falls_in_does_not_hang_on_where_the_grid_begins():
+    ranges = np.array([0.45, 0.6, 0.75, 0.9], dtype=np.float32)
+    cross = LaserScan(ranges, 0.0, 0.5 * math.pi, 5.0, 0.0)
+    near, wide = ScanMap(0.15), ScanMap(0.15)
+    wide.observe(-1, cross, Pose2(-41.3, -67.1, 0.0))
+    for k in range(30):  # on corners of cells, where rounding decides
+        for scans in (near, wide):
+            scans.observe(k, cross, Pose2(k * 0.15, (k % 7) * 0.15, 0.0))
+            scans.draw()
+    box = near.cells.known().box
+    assert near.cells.part(box).tobytes() == wide.cells.part(box).tobytes()
+
+
 STEPS = st.lists(
     st.one_of(
         st.tuples(st.just("observe"), st.integers(0, 7)),

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mapping.geometry import Pose2
-from mapping.grid import OccupancyGrid, box_of
+from mapping.grid import EMPTY_BOX, CellBox, OccupancyGrid, box_of
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings
 from mapping.team_map import TeamMap
@@ -15,7 +15,7 @@ from tests.unit.mapping.rectangle import rectangle_scan
 
 AUTHORS = (("marian", 0), ("robin", 0), ("robin", 1))
 SETTINGS = IntegrationSettings(fill_between=True, hit=0.7, miss=-0.41)
-RESOLUTION = 0.25
+RESOLUTION = 0.15
 # Some of the poses lie on corners and edges of cells, where rounding decides.
 PLACES = (
     Pose2(0.75, 0.5, 0.0),
@@ -46,12 +46,13 @@ def from_scratch(held, poses) -> TeamMap:
     return fresh
 
 
-def cropped(grid: OccupancyGrid) -> tuple[object, bytes]:
-    box = box_of(grid.log_odds)
-    return (
-        None if box.empty else grid.geometry.cropped(box),
-        grid.log_odds[box.slices].tobytes(),
-    )
+def cropped(grid: OccupancyGrid) -> tuple[CellBox, bytes]:
+    """The known cells: where on the lattice, and their bits."""
+    geometry, box = grid.geometry, box_of(grid.log_odds)
+    rows = round(geometry.origin_y / geometry.resolution)
+    cols = round(geometry.origin_x / geometry.resolution)
+    lattice = EMPTY_BOX if box.empty else box.shifted(rows, cols)
+    return lattice, grid.log_odds[box.slices].tobytes()
 
 
 def digest_of(team: TeamMap) -> str:
@@ -164,7 +165,7 @@ def test_only_the_layer_of_the_author_that_moved_is_drawn_again():
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_a_scan_off_the_map_is_refused_whatever_came_before(first):
-    team = TeamMap(RESOLUTION, largest_cells=120 * 120)
+    team = TeamMap(0.25, largest_cells=120 * 120)
     near, far = Pose2(-10.0, 0.0, 0.0), Pose2(14.0, 0.0, 0.0)
     answers = {}
     for k in (first, 1 - first):
