@@ -17,7 +17,7 @@ def test_by_name_and_by_import_string() -> None:
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("swarm?", "choose one of auction, nearest, or give module:Class"),
+        ("swarm?", "choose one of auction, nearest, minpos, or give module:Class"),
         ("no.such.module:Class", "cannot load"),
         ("coordination.strategies.auction:Nothing", "cannot load"),
         (":Class", "cannot load"),
