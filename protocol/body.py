@@ -75,7 +75,7 @@ class VictimDetector(_Part):
 
     range_m: Annotated[float, Field(ge=0.0, le=200.0)] = 0.0
     field_of_view_deg: Annotated[float, Field(gt=0.0, le=360.0)] = 90.0
-    miss: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.2
+    miss: Annotated[float, Field(ge=0.0, le=1.0)] = 0.2
     noise_range: NotNegative = 0.05
     noise_bearing_deg: NotNegative = 2.0
 

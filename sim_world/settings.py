@@ -32,8 +32,8 @@ class WorldSettings(_Settings):
     """The simulated world of a mission.
 
     `step_s` is the length of an instant. Robots are told their starts with a uniform error of up to
-    `start_error_m` and `start_error_deg` when `perturb_starts` is on. `victims` lie there beside the
-    world's own, each `{ id = "v9", x = 3.0, y = 4.5 }` in its metres; they are not solid.
+    `start_error_m` and `start_error_deg` when `perturb_starts` is on. `victims` are people who lie
+    there besides the world's own, each `{ id = "v9", x = 3.0, y = 4.5 }`; they are not solid.
     """
 
     step_s: Positive = 0.1
