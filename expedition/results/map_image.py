@@ -224,9 +224,9 @@ class _Drawing:
         for found, word in ((False, "victim missed"), (True, "victim found")):
             if any(mark.found == found for mark in marks):
                 self.text((right, y), word, "rm", (40, 44, 52))
-                right -= self.draw.textlength(word, font=self.font) + 5.0 * self.line
+                right -= self.draw.textlength(word, font=self.font) + 6.5 * self.line
                 self._cross((right, y), found)
-                right -= 7.0 * self.line
+                right -= 9.0 * self.line
 
     def _cross(self, at: tuple[float, float], found: bool) -> None:
         """Draw the mark of a victim: an upright cross with arms as wide as a third of it."""
