@@ -16,7 +16,7 @@ from pydantic_core import PydanticUndefined
 
 from mapping.geometry import Pose2
 from protocol import fleet, messages, world_messages
-from protocol.body import Body, Drive, Lidar
+from protocol.body import Body, Drive, Lidar, VictimDetector
 from protocol.codec import (
     MAX_BODY_BYTES,
     MAX_FRAME_BYTES,
@@ -26,6 +26,7 @@ from protocol.codec import (
 from protocol.fields import ArrayField
 
 PAGE = Path(__file__).parent / "messages.md"
+_PARTS = (Body, Lidar, Drive, VictimDetector)
 
 _HEAD = """# Messages
 
@@ -63,7 +64,7 @@ def page() -> str:
         models = typing.get_args(typing.get_args(union)[0])
         sections += [_section(model, f"`{model.model_fields['type'].default}`") for model in models]
     sections.append("## Parts of messages\n")
-    sections += [_section(model, model.__name__) for model in (Body, Lidar, Drive)]
+    sections += [_section(model, model.__name__) for model in _PARTS]
     return "\n".join(sections)
 
 
@@ -83,7 +84,7 @@ def _section(model: Any, title: str) -> str:
 def _default(field: FieldInfo) -> str:
     if field.default is PydanticUndefined:
         return "required"
-    if isinstance(field.default, Lidar | Drive):
+    if isinstance(field.default, _PARTS):
         return "see below"
     return f"`{field.default!r}`"
 
@@ -114,7 +115,7 @@ def _words(kind: Any, metadata: list[Any]) -> str:
     if origin is tuple:
         return f"{len(arguments)} times: {_words(arguments[0], [])}"
     named = {Pose2: "pose", type(None): "nothing", bool: "yes or no", int: "integer"}
-    named |= {float: "number", Body: "Body", Lidar: "Lidar", Drive: "Drive", str: "text"}
+    named |= {float: "number", str: "text"} | {part: part.__name__ for part in _PARTS}
     return named[kind] + _limits(metadata)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pydantic import ValidationError
@@ -28,6 +28,7 @@ from sim_world.judge import Judge
 from sim_world.robot_body import RobotSpec
 from sim_world.starts import check_starts
 from sim_world.truth import CoverageJudge
+from sim_world.victims import check_victims
 from sim_world.world import World
 from sim_world.world_file import World as WorldFile
 from sim_world.world_file import load_world, start_poses
@@ -61,9 +62,11 @@ def set_stage(team: TeamSettings) -> Stage:
         given = [pose_of_start(start) for start in team.mission.starts[: len(members)]]
         check_starts(world.scene, given, radius)
         # Robots beyond those that were given a start stand around the first one.
-        placed = WorldFile(world.name, world.scene, tuple(given) or world.starts, world.description)
+        placed = replace(world, starts=tuple(given) or world.starts)
         poses = start_poses(placed, len(members), radius)
         check_starts(world.scene, poses, radius)
+        world = replace(world, victims=world.victims + team.world.victims)
+        check_victims(world.scene, world.victims)
     except WorldError as error:
         raise UsageError(str(error)) from None
     told = _told_starts(team, poses)
@@ -148,6 +151,7 @@ def world_host(team: TeamSettings, stage: Stage, lockstep: bool = True) -> Host:
             lockstep,
             team.mission.max_time_s,
             leaderless=not team.server.enabled,
+            victims=stage.world.victims,
         )
 
     return Host(WORLD_NAME, build, frozenset({"radio", "uplink"}))

@@ -106,12 +106,15 @@ def world_part(world: World, stage: Stage, team: TeamSettings) -> dict[str, Any]
         for name, robot in world.robots.items()
     }
     starts = {name: r.spec.T_world_start.as_array() for name, r in world.robots.items()}
+    # A team without any detector does not search: nobody is missed by it.
+    searched = any(robot.detector is not None for robot in world.robots.values())
+    lie = {v.id: np.array([v.x, v.y]) for v in stage.world.victims} if searched else {}
     faults: list[dict[str, Any]] = [
         {"t_s": fault.at_s, "robot": fault.robot, "kind": fault.kind} for fault in team.world.faults
     ]
     return {
         "robots": robots,
-        "truth": TruthRecord(geometry, solid, starts),
+        "truth": TruthRecord(geometry, solid, starts, victims=lie),
         "coverage_timeline": np.array(world.judge.timeline).reshape(-1, 2),
         "faults": faults,
         **traffic_part(world.relay),

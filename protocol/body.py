@@ -8,7 +8,14 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    WrapSerializer,
+)
 
 from protocol.fields import NotNegative, Positive
 
@@ -58,12 +65,28 @@ class Drive(_Part):
     noise_heading_deg_m: NotNegative = 2.0
 
 
+class VictimDetector(_Part):
+    """Makes out people who lie in the building, at each sweep of the lidar; `range_m` 0 is none.
+
+    It sits at the centre of the body, looks along +x and not through walls. A look overlooks
+    somebody with the probability `miss`; distances are off by the share `noise_range` of them and
+    bearings by `noise_bearing_deg`, one sigma each. It tells places, not who lies there.
+    """
+
+    range_m: Annotated[float, Field(ge=0.0, le=200.0)] = 0.0
+    field_of_view_deg: Annotated[float, Field(gt=0.0, le=360.0)] = 90.0
+    miss: Annotated[float, Field(ge=0.0, le=1.0)] = 0.2
+    noise_range: NotNegative = 0.05
+    noise_bearing_deg: NotNegative = 2.0
+
+
 class Body(_Part):
     """A round robot."""
 
     radius_m: Annotated[float, Field(gt=0.01, le=5.0)] = 0.25
     lidar: Lidar = Lidar()
     drive: Drive = Drive()
+    victim_detector: VictimDetector = VictimDetector()
 
 
 def _known(model: Any, value: Any) -> Any:
@@ -78,5 +101,15 @@ def _known(model: Any, value: Any) -> Any:
     return kept
 
 
+def _told(body: Body, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    """Return a body's table; where nothing is said of a victim detector, there is none."""
+    table: dict[str, Any] = dump(body)
+    if body.victim_detector == VictimDetector():
+        del table["victim_detector"]
+    return table
+
+
 # In a settings file an unknown key is a slip of the pen; on the wire it is a newer minor version.
-WireBody = Annotated[Body, BeforeValidator(lambda value: _known(Body, value))]
+WireBody = Annotated[
+    Body, BeforeValidator(lambda value: _known(Body, value)), WrapSerializer(_told)
+]

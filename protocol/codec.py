@@ -53,10 +53,11 @@ class Header(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """A message class and which of its fields are arrays."""
+    """A message class, which of its fields are arrays, and which are left out when empty."""
 
     model: type[Message]
     arrays: tuple[str, ...]
+    omitted: tuple[str, ...]
     plain: set[str]
 
 
@@ -64,13 +65,15 @@ def _kinds(union: Any) -> dict[str, _Kind]:
     """Return the table type name -> class of a discriminated union."""
     table = {}
     for model in union.__origin__.__args__:
-        arrays = tuple(
-            name
+        arrays = {
+            name: meta
             for name, field in model.model_fields.items()
-            if any(isinstance(meta, ArrayField) for meta in field.metadata)
-        )
+            for meta in field.metadata
+            if isinstance(meta, ArrayField)
+        }
+        omitted = tuple(name for name, meta in arrays.items() if meta.omit_empty)
         plain = set(model.model_fields) - set(arrays) - {"type"}
-        table[model.model_fields["type"].default] = _Kind(model, arrays, plain)
+        table[model.model_fields["type"].default] = _Kind(model, tuple(arrays), omitted, plain)
     return table
 
 
@@ -105,6 +108,8 @@ def encode_content(message: Message) -> list[bytes]:
         shapes = []
         for name in kind.arrays:
             array: np.ndarray[Any, Any] = getattr(message, name)
+            if not array.size and name in kind.omitted:
+                continue
             shapes.append((name, array.dtype.str, array.shape))
             buffers.append(array.tobytes())
         body["~"] = shapes

@@ -32,12 +32,14 @@ class ArrayField:
         shape: one entry per dimension; None leaves it free.
         max_elements: the most elements it may hold.
         finite: whether NaN and infinities are refused.
+        omit_empty: whether a frame leaves it out when it is empty; its default must be empty, too.
     """
 
     dtype: str
     shape: tuple[int | None, ...]
     max_elements: int
     finite: bool = True
+    omit_empty: bool = False
 
     def check(self, value: object) -> npt.NDArray[Any]:
         """Return `value` as a read-only contiguous array of the declared kind.
@@ -81,6 +83,9 @@ Bytes = Annotated[npt.NDArray[np.uint8], ArrayField("uint8", (None,), 8_000_000)
 Track = Annotated[npt.NDArray[np.float64], ArrayField("float64", (None, 4), 4 * 4096)]
 Covariance = Annotated[npt.NDArray[np.float64], ArrayField("float64", (3, 3), 9)]
 Points = Annotated[npt.NDArray[np.float32], ArrayField("float32", (None, 2), 2 * 4096)]
+Detections = Annotated[
+    npt.NDArray[np.float32], ArrayField("float32", (None, 2), 2 * 256, omit_empty=True)
+]
 Numbers = Annotated[npt.NDArray[np.float32], ArrayField("float32", (None,), 4096)]
 NO_NUMBERS: npt.NDArray[np.float32] = np.zeros(0, dtype=np.float32)
 NO_POINTS: npt.NDArray[np.float32] = np.zeros((0, 2), dtype=np.float32)

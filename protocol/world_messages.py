@@ -12,7 +12,9 @@ from pydantic import Field
 
 from protocol.body import WireBody
 from protocol.fields import (
+    NO_POINTS,
     Count,
+    Detections,
     Finite,
     NotNegative,
     PoseField,
@@ -62,6 +64,7 @@ class BodyFrame(Message):
 
     `T_wheel_base` is dead reckoning from the wheels since the body was switched on. `ranges` is
     empty when no sweep was finished at this instant. `bumped`: it touches something.
+    `victims_base`: the places (x, y) [m], base frame, where somebody was made out in this sweep.
     """
 
     type: Literal["body_frame"] = "body_frame"
@@ -69,6 +72,7 @@ class BodyFrame(Message):
     T_wheel_base: PoseField
     bumped: bool
     ranges: Ranges
+    victims_base: Detections = NO_POINTS
 
 
 class MotionCommand(Message):

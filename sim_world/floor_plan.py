@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from mapping.geometry import Floats, rotation
 from sim_world.errors import WorldError
+from sim_world.victims import Victim
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Length = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -70,6 +71,7 @@ class FloorPlan(_Part):
         pillars: x, y, radius [m].
         obstacles: random ones.
         starts: x, y [m], heading [deg]; where robots start, first to last.
+        victims: id, x, y [m] of people who lie there; they are not solid.
     """
 
     name: str
@@ -85,6 +87,7 @@ class FloorPlan(_Part):
     pillars: tuple[tuple[Number, Number, Length], ...] = ()
     obstacles: tuple[RandomObstacles, ...] = ()
     starts: tuple[tuple[Number, Number, Number], ...] = ()
+    victims: tuple[Victim, ...] = ()
 
 
 def solids_of(plan: FloorPlan) -> tuple[list[Floats], Floats]:

@@ -11,6 +11,7 @@ from mapping.geometry import IDENTITY, Pose2
 from protocol import body as description
 from sim_world import kinematics
 from sim_world.lidar import LaserSpec
+from sim_world.victim_detector import DetectorSpec, detector_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,8 @@ class RobotBody:
         laser: what it measures with.
         motion: true pose and speed, world frame.
         rng: source of its laser's noise.
+        detector: what it makes out victims with, if anything.
+        detector_rng: source of the detector's noise, so that it leaves the laser's as it is.
         T_wheel_base: pose that the wheels counted since the software joined.
         command: (speed [m/s], turn rate [rad/s]) wanted.
         command_stamp: when it was commanded [s].
@@ -49,6 +52,8 @@ class RobotBody:
     laser: LaserSpec
     motion: kinematics.Motion
     rng: np.random.Generator
+    detector: DetectorSpec | None
+    detector_rng: np.random.Generator
     T_wheel_base: Pose2 = IDENTITY
     command: tuple[float, float] = (0.0, 0.0)
     command_stamp: float = -math.inf
@@ -76,4 +81,6 @@ def robot_body(spec: RobotSpec, rng: np.random.Generator) -> RobotBody:
     laser = LaserSpec(
         lidar.beams, lidar.bearing_start, lidar.bearing_step, lidar.range_max_m, lidar.noise_m
     )
-    return RobotBody(spec, limits, laser, kinematics.Motion(spec.T_world_start), rng)
+    detector = detector_of(spec.body.victim_detector)
+    motion = kinematics.Motion(spec.T_world_start)
+    return RobotBody(spec, limits, laser, motion, rng, detector, rng.spawn(1)[0])

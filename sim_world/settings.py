@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from protocol.fields import Name, NotNegative, Positive
 from sim_world.radio.settings import RadioSettings
+from sim_world.victims import Victim
 
 
 class _Settings(BaseModel):
@@ -31,7 +32,8 @@ class WorldSettings(_Settings):
     """The simulated world of a mission.
 
     `step_s` is the length of an instant. Robots are told their starts with a uniform error of up to
-    `start_error_m` and `start_error_deg` when `perturb_starts` is on.
+    `start_error_m` and `start_error_deg` when `perturb_starts` is on. `victims` are people who lie
+    there besides the world's own, each `{ id = "v9", x = 3.0, y = 4.5 }`; they are not solid.
     """
 
     step_s: Positive = 0.1
@@ -43,3 +45,4 @@ class WorldSettings(_Settings):
     stop_at_coverage: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
     radio: RadioSettings = RadioSettings()
     faults: tuple[ScriptedFault, ...] = ()
+    victims: tuple[Victim, ...] = ()

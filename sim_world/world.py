@@ -29,19 +29,19 @@ from protocol.errors import ProtocolError
 from protocol.fault_book import FaultBook
 from protocol.messages import SERVER, Ended, Hello, MapRequest, Message
 from protocol.operator_messages import StopRequest
-from protocol.world_messages import BodyFrame, Finished, Join, Joined, MotionCommand
+from protocol.world_messages import Finished, Join, Joined, MotionCommand
 from sim_world import kinematics
+from sim_world.body_sensing import sense, sense_and_sweep
 from sim_world.fault_script import outages, schedule
 from sim_world.judge import Judge
-from sim_world.lidar import measure
 from sim_world.radio.relay import build_relay
 from sim_world.radio.shadowing import Place
-from sim_world.robot_body import RobotBody, RobotSpec, robot_body
+from sim_world.robot_body import RobotSpec, robot_body
 from sim_world.scene import Scene
 from sim_world.settings import WorldSettings
+from sim_world.victims import Victim, places_of
 from sim_world.witnesses import Witnesses
 
-_NO_SWEEP = np.zeros(0, dtype=np.float32)
 _EPSILON = 1e-9
 _GRACE_S = 30.0  # how long after the time limit the server may still tidy up
 
@@ -59,6 +59,7 @@ class World:
         time_limit: mission time at which the mission must be over [s]; None for never.
         leaderless: the team has no server: the world asks the robots for their map, and the mission
             is over when all of them say so.
+        victims: who lies in the building.
     """
 
     def __init__(
@@ -71,12 +72,14 @@ class World:
         lockstep: bool = True,
         time_limit: float | None = None,
         leaderless: bool = False,
+        victims: Sequence[Victim] = (),
     ) -> None:
         self._witnesses = Witnesses(judge) if leaderless else None
         self._scene = scene
         self._settings = settings
         self._lockstep = lockstep
         self._time_limit = time_limit
+        self._victims_world = places_of(victims)
         self.judge = judge
         streams = rng.spawn(len(robots) + 2)
         radio_rng = streams.pop()
@@ -281,30 +284,14 @@ class World:
                 T_world_base = robot.motion.T_world_base
                 robot.track.append((now, T_world_base.x, T_world_base.y, T_world_base.theta))
             if robot.connected:
-                frame = BodyFrame(
-                    stamp_s=now,
-                    T_wheel_base=robot.T_wheel_base,
-                    bumped=robot.bumped,
-                    ranges=self._sweep(robot) if sweep else _NO_SWEEP,
+                team, victims = self.robots.values(), self._victims_world
+                frame = (
+                    sense_and_sweep(robot, now, self._scene, team, victims)
+                    if sweep
+                    else sense(robot, now)
                 )
                 effects.append(Send("body", name, frame))
         return effects
-
-    def _sweep(self, robot: RobotBody) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
-        """Return one sweep of a robot's laser; the other robots are solid."""
-        others = [
-            (other.motion.T_world_base.x, other.motion.T_world_base.y, other.limits.radius)
-            for other in self.robots.values()
-            if other is not robot
-        ]
-        ranges = measure(
-            robot.motion.T_world_base @ robot.laser.T_base_laser,
-            self._scene,
-            np.array(others, dtype=np.float64).reshape(-1, 3),
-            robot.laser,
-            robot.rng,
-        )
-        return np.asarray(ranges, dtype=np.float32).reshape(-1)
 
     # --- faults and judging -----------------------------------------------------------------
 

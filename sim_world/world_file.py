@@ -19,6 +19,7 @@ from sim_world.obstacles import place_obstacles
 from sim_world.scene import GridScene, Scene, WallScene
 from sim_world.schema import one_line
 from sim_world.starts import BODY_RADIUS
+from sim_world.victims import Victim, check_victims
 from sim_world.walls import build_walls
 
 WORLDS = Path(__file__).parent / "worlds"
@@ -33,12 +34,14 @@ class World:
         scene: what is solid.
         starts: the world's own start poses, world frame; maps have none.
         description: one line.
+        victims: who lies in it, world frame.
     """
 
     name: str
     scene: Scene
     starts: tuple[Pose2, ...]
     description: str
+    victims: tuple[Victim, ...] = ()
 
 
 def shipped_worlds() -> dict[str, str]:
@@ -108,9 +111,10 @@ def _build(plan: FloorPlan, source: str, seed: int) -> World:
             solids = solids + place_obstacles(spec, solids, bare, points, rng)
         scene = WallScene(build_walls(solids, bare))
         placing.check_starts(scene, starts, BODY_RADIUS)
+        check_victims(scene, plan.victims)
     except WorldError as error:
         raise WorldError(f"{source}: {error}") from error
-    return World(plan.name, scene, starts, plan.description)
+    return World(plan.name, scene, starts, plan.description, plan.victims)
 
 
 def start_poses(world: World, count: int, body_radius: float = BODY_RADIUS) -> list[Pose2]:

@@ -20,6 +20,9 @@ TASKS = {
     "pause": ("#8b95a3", "#76808d"),
 }
 
+# (light, dark) of the marks of victims.
+VICTIM = ("#d1122b", "#ff6b7a")
+
 # Grey levels of map_server images: unknown, free, occupied.
 UNKNOWN_GREY, FREE_GREY, OCCUPIED_GREY = 205, 254, 0
 

@@ -14,11 +14,13 @@ from expedition.results.colours import (
     FREE_GREY,
     OCCUPIED_GREY,
     UNKNOWN_GREY,
+    VICTIM,
     rgb,
     robot_colour,
 )
 from expedition.results.record import RunRecord
 from expedition.results.tracks import as_track, thinned
+from expedition.results.victims import VictimMark, victim_marks
 from mapping.geometry import Floats
 from mapping.grid import CLEAR, OBSTACLE, CellBox, GridGeometry, classify, geometry_around
 
@@ -62,9 +64,12 @@ def map_classes(record: RunRecord) -> Classes | None:
 
 
 def picture_of(record: RunRecord) -> Picture:
-    """Return what to show of a run: all known cells and all estimated trajectories."""
+    """Return what to show of a run: known cells, estimated trajectories, victims."""
     classes = map_classes(record)
-    tracks = np.vstack([as_track(r.track_map)[:, 1:3] for r in record.robots] + [np.empty((0, 2))])
+    tracks = np.vstack(
+        [as_track(r.track_map)[:, 1:3] for r in record.robots]
+        + [np.array([(mark.x, mark.y) for mark in victim_marks(record)]).reshape(-1, 2)]
+    )
     if classes is None or record.grid is None:
         return _without_map(tracks)
     geometry = record.grid.geometry
@@ -147,6 +152,7 @@ def map_png(record: RunRecord) -> bytes:
     drawing = _Drawing(picture, size, pixels_per_metre)
     for index, robot in enumerate(record.robots_in_order()):
         drawing.track(as_track(robot.track_map), rgb(robot_colour(index)), robot.id)
+    drawing.victims(victim_marks(record))
     drawing.scale_bar()
     base = Image.alpha_composite(base.convert("RGBA"), drawing.smooth()).convert("RGB")
     buffer = io.BytesIO()
@@ -208,6 +214,29 @@ class _Drawing:
         self.draw.text(
             (x, y), text, fill, self.font, anchor, stroke_width=rim, stroke_fill=(255, 255, 255)
         )
+
+    def victims(self, marks: list[VictimMark]) -> None:
+        """Draw a thick cross where a victim was found, a hollow one where one was missed."""
+        for mark in marks:
+            self._cross(self.at(mark.x, mark.y), mark.found)
+        y = self.sheet.height - 6.0 * self.line
+        right = self.sheet.width - 4.0 * self.line
+        for found, word in ((False, "victim missed"), (True, "victim found")):
+            if any(mark.found == found for mark in marks):
+                self.text((right, y), word, "rm", (40, 44, 52))
+                right -= self.draw.textlength(word, font=self.font) + 6.5 * self.line
+                self._cross((right, y), found)
+                right -= 9.0 * self.line
+
+    def _cross(self, at: tuple[float, float], found: bool) -> None:
+        """Draw the mark of a victim: an upright cross with arms as wide as a third of it."""
+        x, y = at
+        ink, paper = rgb(VICTIM[0]), (255, 255, 255)
+        rim = 0.7 * self.line
+        for grow, fill in ((rim, paper if found else ink), (0.0, ink if found else paper)):
+            long, wide = 3.6 * self.line + grow, 1.2 * self.line + grow
+            self.draw.rectangle((x - long, y - wide, x + long, y + wide), fill)
+            self.draw.rectangle((x - wide, y - long, x + wide, y + long), fill)
 
     def scale_bar(self) -> None:
         """Draw a bar of a round length in the lower left corner."""

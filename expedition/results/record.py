@@ -7,6 +7,7 @@ Times are mission seconds, or steps in grid worlds; `map` is the team's frame, `
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -91,12 +92,14 @@ class TruthRecord:
         solid: (rows, cols) bool.
         starts: robot -> (3,) true start x, y, theta [m, m, rad], world frame.
         reachable: (rows, cols) bool, what the team should map; None: from starts and bodies.
+        victims: id -> (2,) x, y [m] of those that the team should find, world frame.
     """
 
     geometry: GridGeometry
     solid: npt.NDArray[np.bool_]
     starts: dict[str, Floats] = field(default_factory=dict)
     reachable: npt.NDArray[np.bool_] | None = None
+    victims: dict[str, Floats] = field(default_factory=dict)
 
 
 @dataclass
@@ -127,6 +130,8 @@ class RunRecord:
         aired: robot or server -> message type -> `{count, bytes}` on the channel, once for a frame
             to everyone.
         remaining: every frontier left, each `{x_m, y_m, length_m, gain_m2, reason}`, map frame.
+        victims: whom the team found, each `{x_m, y_m, seen_by, t_s, sightings}`, map frame: who saw
+            it first and when, and how often it was seen. One part alone may tell them.
         truth: None on a real run.
         config: the whole effective configuration.
         problems: what could not be read or computed, one sentence each.
@@ -161,6 +166,7 @@ class RunRecord:
     links: dict[str, dict[str, Any]] = field(default_factory=dict)
     aired: dict[str, dict[str, dict[str, int]]] = field(default_factory=dict)
     remaining: list[Event] = field(default_factory=list)
+    victims: list[Event] = field(default_factory=list)
     pose_graph: PoseGraphRecord = field(default_factory=PoseGraphRecord)
     truth: TruthRecord | None = None
     config: dict[str, Any] = field(default_factory=dict)
@@ -169,6 +175,14 @@ class RunRecord:
     def robots_in_order(self) -> list[RobotRecord]:
         """Return the robots sorted by id, so that no result depends on who reported first."""
         return sorted(self.robots, key=lambda robot: robot.id)
+
+
+def place_of(entry: Mapping[str, Any]) -> tuple[float, float] | None:
+    """Return where an entry of a record is, (x, y) [m], or None if it does not say."""
+    x, y = entry.get("x_m"), entry.get("y_m")
+    if isinstance(x, int | float) and isinstance(y, int | float):
+        return (float(x), float(y)) if math.isfinite(x) and math.isfinite(y) else None
+    return None
 
 
 def save_record_part(folder: Path, name: str, part: Mapping[str, object]) -> Path:
@@ -265,4 +279,5 @@ def _build_truth(tree: dict[str, Any]) -> TruthRecord:
         tree["solid"],
         tree.get("starts", {}),
         tree.get("reachable"),
+        tree.get("victims", {}),
     )

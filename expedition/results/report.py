@@ -11,12 +11,21 @@ import numpy as np
 from expedition.results.colours import TASKS, robot_dash
 from expedition.results.exports import config_toml
 from expedition.results.record import RunRecord
-from expedition.results.report_map import SAMPLES, TRUTH, colour, map_svg, motion, sheet_of
+from expedition.results.report_map import (
+    SAMPLES,
+    TRUTH,
+    colour,
+    map_svg,
+    motion,
+    sheet_of,
+    victim_cross,
+)
 from expedition.results.report_style import SCRIPT, style_sheet
 from expedition.results.report_tables import bytes_card, remaining_card, robots_card
 from expedition.results.report_time import task_colour, time_svg
 from expedition.results.task_bars import TaskBar, task_bars
 from expedition.results.tracks import as_track
+from expedition.results.victims import victim_marks
 from expedition.results.words import DASH, area, duration, factor, length, percent, size, text
 
 # How an end looks and what it means.
@@ -131,6 +140,7 @@ def _tiles(record: RunRecord, summary: dict[str, Any]) -> str:
             factor(summary["real_time_factor"]),
             f"real time; {duration(record.wall_time_s)} on the clock",
         ),
+        *_victim_tiles(summary),
         _tile("left unexplored", str(len(summary["remaining"])), "places, each with its reason"),
         _tile(
             "digest",
@@ -139,6 +149,20 @@ def _tiles(record: RunRecord, summary: dict[str, Any]) -> str:
         ),
     )
     return f'<section class="tiles">{"".join(tiles)}</section>'
+
+
+def _victim_tiles(summary: dict[str, Any]) -> list[str]:
+    """Return how many victims were found, where somebody searched."""
+    if "victims" not in summary:
+        return []
+    found, missed = summary["victims"], summary["victims_missed"]
+    right = [victim for victim in found if victim["error_m"] is not None]
+    if missed is None:
+        return [_tile("victims found", str(len(found)), "no truth to compare with")]
+    wrong = len(found) - len(right)
+    note = "everybody" if not missed else f"{len(missed)} missed"
+    note += f", {wrong} where nobody lies" if wrong else ""
+    return [_tile("victims found", f"{len(right)} of {len(right) + len(missed)}", note)]
 
 
 def _known(rows: Iterable[dict[str, Any]], key: str) -> list[float]:
@@ -201,6 +225,7 @@ def _legend(record: RunRecord, bars: list[TaskBar], truth: bool) -> str:
         keys.append('<span class="key">○ start&ensp;● end</span>')
     if record.remaining:
         keys.append('<span class="key"><b style="color:var(--warn)">◆</b> left unexplored</span>')
+    keys += _victim_keys(record)
     if any(bar.failed and bar.goal for bar in bars):
         keys.append('<span class="key"><b class="failed">&times;</b> goal of a failed task</span>')
     if truth:
@@ -209,6 +234,17 @@ def _legend(record: RunRecord, bars: list[TaskBar], truth: bool) -> str:
             '<span style="color:#e0315c">true walls</span></label>'
         )
     return "".join(keys)
+
+
+def _victim_keys(record: RunRecord) -> list[str]:
+    """Return the keys of victims' marks, of those that occur."""
+    marks = victim_marks(record)
+    return [
+        f'<span class="key"><svg viewBox="-13 -8 26 16">{victim_cross(found)}</svg>'
+        f"victim {word}</span>"
+        for found, word in ((True, "found"), (False, "missed"))
+        if any(mark.found == found for mark in marks)
+    ]
 
 
 def _time_card(record: RunRecord, summary: dict[str, Any], bars: list[TaskBar], end: float) -> str:

@@ -7,7 +7,6 @@ import json
 import math
 from dataclasses import dataclass
 from html import escape
-from typing import Any
 
 import numpy as np
 
@@ -19,10 +18,11 @@ from expedition.results.map_image import (
     picture_of,
     round_length,
 )
-from expedition.results.record import RobotRecord, RunRecord
-from expedition.results.summary import transform_to_world
+from expedition.results.record import RobotRecord, RunRecord, place_of
 from expedition.results.task_bars import TaskBar
+from expedition.results.team_frame import transform_to_world
 from expedition.results.tracks import as_track, at_stamps, thinned
+from expedition.results.victims import victim_marks
 from mapping.geometry import Floats
 
 WIDTH, TALLEST = 1120.0, 800.0  # [pixels] of the drawing
@@ -77,7 +77,7 @@ def map_svg(record: RunRecord, sheet: Sheet, bars: list[TaskBar]) -> str:
         f'<svg id="map" class="map hide-truth" viewBox="0 0 {WIDTH:.0f} {sheet.height:.0f}" '
         'role="img" aria-label="Map with trajectories">'
         f"{_cells(sheet)}{_truth(record, sheet)}{ways}{_failures(bars, sheet)}"
-        f"{_remaining(record, sheet)}{ends}{_scale_bar(sheet)}</svg>"
+        f"{_remaining(record, sheet)}{_victims(record, sheet)}{ends}{_scale_bar(sheet)}</svg>"
     )
 
 
@@ -214,12 +214,26 @@ def _remaining(record: RunRecord, sheet: Sheet) -> str:
     return "".join(marks)
 
 
-def place_of(left: dict[str, Any]) -> tuple[float, float] | None:
-    """Return where something was left, (x, y) [m] in the map frame, or None if it does not say."""
-    x, y = left.get("x_m"), left.get("y_m")
-    if isinstance(x, int | float) and isinstance(y, int | float):
-        return (float(x), float(y)) if math.isfinite(x) and math.isfinite(y) else None
-    return None
+def _victims(record: RunRecord, sheet: Sheet) -> str:
+    """Return a thick cross where a victim was found, a hollow one where one was missed."""
+    marks = []
+    for mark in victim_marks(record)[:MARKS]:
+        x, y = sheet.at(np.array([(mark.x, mark.y)]))[0].tolist()
+        marks.append(
+            f'<g class="victim" transform="translate({x:.1f} {y:.1f})">'
+            f"<title>{escape(mark.text)}</title>{victim_cross(mark.found)}</g>"
+        )
+    return "".join(marks)
+
+
+def victim_cross(found: bool) -> str:
+    """Return the mark of a victim around (0, 0), 14 pixels wide: filled when found, else hollow."""
+    look = (
+        'fill="var(--victim)" stroke="var(--halo)" stroke-width="1.2"'
+        if found
+        else 'fill="var(--halo)" stroke="var(--victim)" stroke-width="1.8"'
+    )
+    return f'<path d="M-2.4-7h4.8v4.6h4.6v4.8h-4.6v4.6h-4.8v-4.6h-4.6v-4.8h4.6Z" {look}/>'
 
 
 def _scale_bar(sheet: Sheet) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from expedition.results.colours import ROBOTS, ROBOTS_ON_DARK, TASKS
+from expedition.results.colours import ROBOTS, ROBOTS_ON_DARK, TASKS, VICTIM
 
 
 def style_sheet() -> str:
@@ -11,6 +11,8 @@ def style_sheet() -> str:
     dark = [f"--r{i}:{colour}" for i, colour in enumerate(ROBOTS_ON_DARK)]
     light += [f"--{kind}:{pair[0]}" for kind, pair in TASKS.items()]
     dark += [f"--{kind}:{pair[1]}" for kind, pair in TASKS.items()]
+    light.append(f"--victim:{VICTIM[0]}")
+    dark.append(f"--victim:{VICTIM[1]}")
     return (
         f":root{{{';'.join(_LIGHT + light)}}}"
         f"@media(prefers-color-scheme:dark){{:root{{{';'.join(_DARK + dark)}}}"

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from html import escape
 from typing import Any
 
-from expedition.results.report_map import NUMBERS, colour, place_of
+from expedition.results.record import place_of
+from expedition.results.report_map import NUMBERS, colour
 from expedition.results.task_bars import TaskBar
 from expedition.results.words import DASH, area, length, size, text
 

@@ -3,7 +3,8 @@
 Beyond the agreed fields it holds what helps to understand a run: `reason`, `reachable_m2`,
 `mapped_m2`, `T_world_map`, `time_unit`, `faults`, `bytes_links`, `links` (the radio's books by link
 and message type), `aired` (what each member sent over the channel), `tasks` (counts of outcomes)
-and `problems` (what could not be computed or written, and why).
+and `problems` (what could not be computed or written, and why). Only where victims were searched
+for or reported it has `victims` and `victims_missed`, see `expedition.results.victims`.
 """
 
 from __future__ import annotations
@@ -19,12 +20,13 @@ from expedition.results.digest import run_digest
 from expedition.results.files import plain
 from expedition.results.map_image import known_area, map_classes
 from expedition.results.record import BODY_RADIUS, RobotRecord, RunRecord, TruthRecord
+from expedition.results.team_frame import transform_to_world
 from expedition.results.tracks import as_track, path_length
-from mapping.geometry import Floats, Pose2
+from expedition.results.victims import victim_section
+from mapping.geometry import Floats
 from sim_world.truth import (
     TOLERANCE,
     CoverageJudge,
-    fit_team,
     overlap,
     reachable_area,
     trajectory_rmse,
@@ -75,6 +77,7 @@ def summarise(record: RunRecord) -> dict[str, Any]:
         "faults": record.faults,
         "digest": _attempt("the digest", lambda: run_digest(record.grid, record.robots), problems),
         "remaining": record.remaining,
+        **_attempt("the search for victims", lambda: victim_section(record), problems, {}),
         "problems": problems,
     }
     return cast(dict[str, Any], plain(summary))
@@ -128,15 +131,6 @@ class Judged:
     reachable_m2: float | None = None
     transform: dict[str, float] | None = None
     errors: dict[str, float | None] | None = None
-
-
-def transform_to_world(record: RunRecord) -> Pose2 | None:
-    """Return the one `T_world_map` of the team, or None where no true trajectory is known."""
-    truth = {r.id: as_track(r.track_world) for r in record.robots if r.track_world is not None}
-    estimated = {r.id: as_track(r.track_map) for r in record.robots}
-    if not any(len(track) and len(estimated[robot]) for robot, track in truth.items()):
-        return None
-    return fit_team(estimated, truth)
 
 
 def reachable_of(record: RunRecord, truth: TruthRecord) -> np.ndarray[Any, np.dtype[np.bool_]]:

@@ -3,7 +3,8 @@ import json
 import numpy as np
 import pytest
 
-from expedition.results.report_map import SAMPLES, WIDTH, map_svg, motion, place_of, sheet_of
+from expedition.results.record import place_of
+from expedition.results.report_map import SAMPLES, WIDTH, map_svg, motion, sheet_of
 from expedition.results.task_bars import task_bars
 from tests.unit.expedition.records import full_record, nasty_records
 

@@ -7,14 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from expedition.results import summary as module
+from expedition.results import team_frame
 from expedition.results.record import RunRecord, TruthRecord
 from expedition.results.summary import (
     coverage_times,
     reachable_of,
     summarise,
     time_to_coverage,
-    transform_to_world,
 )
+from expedition.results.team_frame import transform_to_world
 from mapping.grid import GridGeometry
 from tests.unit.expedition.records import T_WORLD_MAP, full_record, nasty_records
 
@@ -100,7 +101,7 @@ def test_a_section_that_fails_is_null_and_named(monkeypatch: pytest.MonkeyPatch)
     def broken(*_: object) -> None:
         raise RuntimeError("no luck")
 
-    monkeypatch.setattr(module, "fit_team", broken)
+    monkeypatch.setattr(team_frame, "fit_team", broken)
     monkeypatch.setattr(module, "run_digest", broken)
     record = full_record()
     record.coverage_timeline = np.zeros(3)

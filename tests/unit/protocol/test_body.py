@@ -5,7 +5,7 @@ import math
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from protocol.body import Body, Lidar, WireBody
+from protocol.body import Body, Lidar, VictimDetector, WireBody
 
 
 def test_beams_span_the_field_of_view() -> None:
@@ -36,3 +36,12 @@ def test_a_peer_of_a_newer_minor_version_may_know_more_of_a_body() -> None:
 def test_what_is_no_body_is_refused(value: object) -> None:
     with pytest.raises(ValidationError):
         TypeAdapter(WireBody).validate_python(value)
+
+
+def test_the_wire_tells_of_a_victim_detector_only_where_there_is_one() -> None:
+    wire = TypeAdapter(WireBody)
+    without = wire.dump_python(Body())
+    assert sorted(without) == ["drive", "lidar", "radius_m"]
+    body = Body(victim_detector=VictimDetector(range_m=5.0))
+    assert wire.validate_python(wire.dump_python(body)) == body
+    assert wire.validate_python(without) == Body()

@@ -82,6 +82,16 @@ def test_frame_bytes_counts_all_parts() -> None:
     assert frame_bytes([b"12", b"345", b""]) == 5
 
 
+def test_victims_cost_nothing_where_none_are_seen() -> None:
+    frame = encode(header_of(FRAME), FRAME)
+    assert len(frame) == 3
+    assert b"victims" not in frame[1]
+    seen = FRAME.model_copy(update={"victims_base": f32(1.0, 2.0).reshape(1, 2)})
+    _, back = decode(encode(header_of(seen), seen))
+    assert isinstance(back, BodyFrame)
+    assert back.victims_base.tolist() == [[1.0, 2.0]]
+
+
 def test_unknown_fields_are_ignored_also_within_a_body() -> None:
     hello = EXAMPLES["hello"]
     frame = encode(header_of(hello), hello)

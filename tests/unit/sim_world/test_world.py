@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mapping.geometry import IDENTITY, Pose2
-from protocol.body import Body, Lidar
+from protocol.body import Body, Lidar, VictimDetector
 from protocol.codec import Header, encode
 from protocol.effects import (
     Effect,
@@ -28,6 +28,7 @@ from sim_world.judge import Judge
 from sim_world.robot_body import RobotSpec
 from sim_world.settings import ScriptedFault, WorldSettings
 from sim_world.truth import CoverageJudge
+from sim_world.victims import Victim
 from sim_world.world import World
 from tests.unit.rooms import heard, room, sent
 from tests.unit.sim_world.test_judge import delta, whole_truth
@@ -36,18 +37,26 @@ DT = 0.1
 BODY = Body(radius_m=0.2, lidar=Lidar(beams=9, noise_m=0.0))
 
 
-def world_of(time_limit: float | None = None, seed: int = 1, **settings: Any) -> World:
+def world_of(
+    time_limit: float | None = None,
+    seed: int = 1,
+    body: Body = BODY,
+    victims: tuple[Victim, ...] = (),
+    **settings: Any,
+) -> World:
     """Two robots in the room, a metre apart."""
     scene = room()
     solid, geometry = scene.free_truth()
     coverage = CoverageJudge.for_starts(solid, geometry, [(0.0, 0.0)], 0.2)
     specs = [
-        RobotSpec("robot1", BODY, Pose2(0.0, 0.0, 0.0), Pose2(0.1, 0.0, 0.0)),
-        RobotSpec("robot2", BODY, Pose2(1.0, 0.0, 0.0), Pose2(1.0, 0.0, 0.0)),
+        RobotSpec("robot1", body, Pose2(0.0, 0.0, 0.0), Pose2(0.1, 0.0, 0.0)),
+        RobotSpec("robot2", body, Pose2(1.0, 0.0, 0.0), Pose2(1.0, 0.0, 0.0)),
     ]
     judge = Judge(coverage, 0.65, 0.35)
     rng = np.random.default_rng(seed)
-    return World(scene, specs, WorldSettings(**settings), judge, rng, time_limit=time_limit)
+    return World(
+        scene, specs, WorldSettings(**settings), judge, rng, time_limit=time_limit, victims=victims
+    )
 
 
 def join(world: World, name: str, now: float = 0.0, channel: str = "body") -> Message:
@@ -105,6 +114,28 @@ def test_bodies_sense_only_when_their_software_is_there() -> None:
     assert sent(live(world, 0.5, 0.4), "robot2") == []
     assert [len(frame.ranges) for frame in frames] == [9, 0, 9, 0]
     assert frames[0].ranges[4] == pytest.approx(0.8, abs=0.05)  # the other robot ahead
+
+
+def test_a_detector_tells_with_each_sweep_where_victims_lie_and_leaves_the_laser_alone() -> None:
+    lying = (Victim(id="v1", x=0.5, y=0.2), Victim(id="v2", x=-0.5, y=0.0))
+    plain = BODY.model_copy(update={"lidar": Lidar(beams=9, noise_m=0.03)})
+    detector = VictimDetector(range_m=2.0, miss=0.0, noise_range=0.0, noise_bearing_deg=0.0)
+    looking = plain.model_copy(update={"victim_detector": detector})
+    frames: list[list[BodyFrame]] = []
+    for world in (world_of(body=plain), world_of(body=looking, victims=lying)):
+        join(world, "robot1")
+        effects = live(world, 0.0, 0.4)
+        frames.append([m for m in sent(effects, "robot1") if isinstance(m, BodyFrame)])
+    without, with_one = frames
+    assert all(len(frame.victims_base) == 0 for frame in without)
+    assert [len(frame.victims_base) for frame in with_one] == [
+        1 if len(frame.ranges) else 0 for frame in with_one
+    ]
+    assert sum(len(frame.victims_base) for frame in with_one) == 2
+    seen = next(frame for frame in with_one if len(frame.victims_base))
+    assert seen.victims_base[0].tolist() == pytest.approx([0.5, 0.2])
+    for one, other in zip(without, with_one, strict=True):
+        assert one.ranges.tobytes() == other.ranges.tobytes()
 
 
 def test_a_command_drives_the_body_and_the_wheels_count_it() -> None:

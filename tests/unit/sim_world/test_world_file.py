@@ -9,6 +9,7 @@ from sim_world.errors import WorldError
 from sim_world.scene import GridScene, WallScene
 from sim_world.starts import check_starts
 from sim_world.truth import body_places, reachable_area, reachable_places
+from sim_world.victims import Victim
 from sim_world.world_file import WORLDS, load_world, read_plan, shipped_worlds, start_poses
 
 DRAWING = """
@@ -61,6 +62,13 @@ def test_a_drawing(tmp_path):
     assert start_poses(world, 1) == [Pose2(1.0, 2.0, math.pi / 2)]
 
 
+def test_victims_lie_where_the_drawing_says(tmp_path):
+    path = tmp_path / "tiny.toml"
+    path.write_text(DRAWING + "victims = [{ id = 'v1', x = 2.5, y = 3 }]\n")
+    assert load_world(path, 0).victims == (Victim(id="v1", x=2.5, y=3.0),)
+    assert [victim.id for victim in load_world("hospital", 1).victims] == ["v1", "v2", "v3", "v4"]
+
+
 def test_the_seed_decides_the_obstacles(tmp_path):
     path = tmp_path / "tiny.toml"
     path.write_text(DRAWING + "[[obstacles]]\ndensity = 0.05\nsize_m = [0.3, 0.5]\n")
@@ -90,6 +98,15 @@ def test_a_map(tmp_path):
         (DRAWING + "doors = [[2, 2, 1]]", r"doors\[0\] at \(2, 2\) lies on no wall"),
         (DRAWING + "boxes = [[0.9, 1.9, 1.4, 2.4]]", r"robot 1 cannot start at \(1.00, 2.00\)"),
         (DRAWING + "[[obstacles]]\ndensity = 2.0", r"'obstacles\[0\].density' is 2.0"),
+        (
+            DRAWING + "victims = [{id = 'v', x = 9, y = 1}]",
+            r"'v' cannot lie at \(9, 1\): that is out",
+        ),
+        (
+            DRAWING + "victims = [{id = 'v', x = 5, y = 1}]",
+            "'v' cannot lie.*solid is there; move it",
+        ),
+        (DRAWING + "victims = [{x = 1, y = 1}]", r"'victims\[0\].id' is missing"),
     ],
 )
 def test_bad_drawings_are_named_in_one_line(tmp_path, text, says):
