@@ -104,9 +104,12 @@ class Children:
         world = self._wait_bound(cast.WORLD_NAME)
         wanted = f"{at}{network.server_port}"
         endpoints = (wanted,) if "server_port" in asked else (wanted, f"{at}0")
-        self._start(cast.SERVER_NAME, self._server_child, world, endpoints)
+        if self._team.server.enabled:
+            self._start(cast.SERVER_NAME, self._server_child, world, endpoints)
         for member in self._team.members():
             self._start(member.name, self._agent_child, world, member.name)
+        if not self._team.server.enabled:
+            return
         server = self._wait_bound(cast.SERVER_NAME)
         taken = "" if server == wanted or network.server_port == 0 else f", as {wanted} is in use"
         self._note(cast.SERVER_NAME, Note("info", f"listens on {server}{taken}"))
@@ -239,7 +242,7 @@ class Children:
         serve(self._team, self._parts, world, endpoints, tell.ties())
 
     def _agent_child(self, tell: _Tell, world: str, name: str) -> None:
-        live_as(self._team, name, world, tell.ties())
+        live_as(self._team, name, self._parts, world, tell.ties())
 
 
 class _Tell:

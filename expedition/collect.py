@@ -112,7 +112,18 @@ def world_part(world: World, stage: Stage, team: TeamSettings) -> dict[str, Any]
     faults: list[dict[str, Any]] = [
         {"t_s": fault.at_s, "robot": fault.robot, "kind": fault.kind} for fault in team.world.faults
     ]
+    leaderless = {}
+    if not team.server.enabled:
+        ended = world.finished
+        leaderless = {
+            "ended": ended.ended if ended else "failed",
+            "reason": ended.reason if ended else "the world ended before the mission did",
+            "sim_time_s": world.now,
+        }
+        for name, robot in world.robots.items():
+            robots[name]["ended"] = "finished" if robot.connected else "lost"
     return {
+        **leaderless,
         "robots": robots,
         "truth": TruthRecord(geometry, solid, starts, victims=lie),
         "coverage_timeline": np.array(world.judge.timeline).reshape(-1, 2),

@@ -19,12 +19,13 @@ from typing import Any
 from expedition import cast, collect
 from expedition.children import Children
 from expedition.errors import StartError
-from expedition.processes import begin_record
+from expedition.processes import begin_record, choose_witness, save_robot, save_server
 from expedition.results.record import load_record, save_record_part
 from expedition.results.write import write_results
 from expedition.team import TeamSettings
 from protocol.effects import Note
 from protocol.in_process import run_in_process
+from server.listener import Listener
 from server.master import Master
 from sim_world.world import World
 
@@ -108,6 +109,7 @@ def run_team(
     last: dict[str, Any] = {"wall_time_s": wall}
     if ended is not None:
         last |= {"ended": ended, "reason": _REASONS[ended]}
+    choose_witness(parts)
     save_record_part(parts, "9-launch", last)
     return write_results(load_record(parts), out)
 
@@ -128,9 +130,9 @@ _REASONS = {
 def _run_here(team: TeamSettings, stage: cast.Stage, parts: Path, watch: Watch) -> str | None:
     """Run the mission in this process; return how it was broken off, or None."""
     world = cast.world_host(team, stage)
-    server = cast.server_host(team)
     hosts = {member.name: cast.agent_host(team, member.name) for member in team.members()}
-    hosts[cast.SERVER_NAME] = server
+    if team.server.enabled:
+        hosts[cast.SERVER_NAME] = cast.server_host(team)
     told = 0.0
 
     def keep_going() -> bool:
@@ -146,17 +148,15 @@ def _run_here(team: TeamSettings, stage: cast.Stage, parts: Path, watch: Watch) 
         why = run_in_process(world, hosts, team.world.step_s, watch.note, keep_going)
     finally:
         assert isinstance(world.core, World)
-        assert isinstance(server.core, Master)
         save_world(parts, world.core, stage, team)
-        save_server(parts, server.core, world.core.now)
+        for name, host in hosts.items():
+            if isinstance(host.core, Master | Listener):
+                save_server(parts, host.core, world.core.now)
+            elif world.core.robots[name].connected:
+                save_robot(parts, host.core, team, world.core.now)
     return "operator" if why == "broken off" else None
 
 
 def save_world(parts: Path, world: World, stage: cast.Stage, team: TeamSettings) -> None:
     """Save the world's part of the record."""
     save_record_part(parts, "1-world", collect.world_part(world, stage, team))
-
-
-def save_server(parts: Path, master: Master, now: float) -> None:
-    """Save the server's part of the record."""
-    save_record_part(parts, "2-server", collect.server_part(master, now))

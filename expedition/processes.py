@@ -6,6 +6,7 @@ one of them each. World and server save their part of the run's record, whatever
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,15 +15,18 @@ from typing import Any
 
 import uvloop
 
-from expedition import cast, collect
+from expedition import cast, collect, collect_team
 from expedition.results.record import save_record_part
 from expedition.team import TeamSettings, UsageError
-from protocol.effects import Note
+from protocol.effects import Core, Note
 from protocol.host import Host
+from robot_agent.decentral.peer import Peer
+from server.listener import Listener
 from server.master import Master
 from sim_world.world import World
 
 SERVER_DONE = "server.done"  # in the parts folder: the server has saved its last word
+WITNESSES = "witnesses"  # in the parts folder: what each robot of a team without a server knows
 _PROGRESS_PERIOD = 0.5  # [s], wall
 
 
@@ -55,7 +59,9 @@ def play_world(
     from sim_world.app import run_world
 
     host = cast.world_host(team, stage, not realtime)
-    members = [member.name for member in team.members()] + [cast.SERVER_NAME]
+    members = [member.name for member in team.members()]
+    if team.server.enabled:
+        members.append(cast.SERVER_NAME)
     core = host.core
     assert isinstance(core, World)
     told = 0.0
@@ -133,13 +139,55 @@ def serve(team: TeamSettings, parts: Path, world: str, endpoints: Sequence[str],
 
 
 def _save_server(parts: Path, host: Host, last: bool) -> None:
-    master = host.core
-    assert isinstance(master, Master)
-    save_record_part(parts, "2-server", collect.server_part(master, master.now, last))
+    core = host.core
+    assert isinstance(core, Master | Listener)
+    save_server(parts, core, core.now, last)
 
 
-def live_as(team: TeamSettings, name: str, world: str, ties: Ties) -> str:
+def save_server(parts: Path, core: Master | Listener, now: float, last: bool = True) -> None:
+    """Save the server's part of the record."""
+    if isinstance(core, Listener):
+        save_record_part(parts, "2-server", collect_team.listener_part(core))
+    else:
+        save_record_part(parts, "2-server", collect.server_part(core, now, last))
+
+
+def save_robot(parts: Path, core: Core, team: TeamSettings, now: float) -> None:
+    """Save what a robot knows, if it knows more than a server does.
+
+    Where there is no server, each robot also leaves what it knows of the team; `choose_witness`
+    takes the word of one of them.
+    """
+    if not isinstance(core, Peer):
+        return
+    save_record_part(parts, f"3-{core.name}", collect_team.peer_part(core, now))
+    if not team.server.enabled:
+        part = collect_team.candidate_part(core, team.server.map, now)
+        save_record_part(parts / WITNESSES, f"{len(core.sharing.shared.team):07}-{core.name}", part)
+
+
+def choose_witness(parts: Path) -> None:
+    """Take the word of the robot that holds the most observations for what the team found."""
+    witnesses = sorted((parts / WITNESSES).glob("*.npz"), key=_most_first)
+    if witnesses:
+        witnesses[0].replace(parts / "2-team.npz")
+    shutil.rmtree(parts / WITNESSES, ignore_errors=True)
+
+
+def _most_first(path: Path) -> tuple[int, str]:
+    held, _, name = path.stem.partition("-")
+    return -int(held), name
+
+
+def live_as(team: TeamSettings, name: str, parts: Path | None, world: str, ties: Ties) -> str:
     """Be a robot's software until the mission is over; return why it ended.
+
+    Args:
+        team: the effective settings.
+        name: the robot's.
+        parts: folder for its part of the record; None to leave none.
+        world: the world's endpoint.
+        ties: to whoever started it.
 
     Raises:
         protocol.errors.RefusedError: the world does not take the robot in.
@@ -149,7 +197,12 @@ def live_as(team: TeamSettings, name: str, world: str, ties: Ties) -> str:
 
     patience = team.network.join_timeout_s
     host = cast.agent_host(team, name)
-    return uvloop.run(run_agent(host, world, ties.note, ties.keep_going, patience))
+    try:
+        return uvloop.run(run_agent(host, world, ties.note, ties.keep_going, patience))
+    finally:
+        if parts is not None:
+            save_robot(parts, host.core, team, 0.0)
+            (parts / f"{name}.done").touch()
 
 
 def begin_record(parts: Path, launch: Mapping[str, Any]) -> None:
@@ -159,8 +212,9 @@ def begin_record(parts: Path, launch: Mapping[str, Any]) -> None:
         UsageError: nothing can be written there.
     """
     make_folder(parts)
-    for old in (*parts.glob("*.npz"), parts / SERVER_DONE):
+    for old in (*parts.glob("*.npz"), *parts.glob("*.done")):
         old.unlink(missing_ok=True)
+    shutil.rmtree(parts / WITNESSES, ignore_errors=True)
     save_record_part(parts, "0-launch", launch)
 
 

@@ -66,6 +66,7 @@ class LocalMapping:
         self._since_report = 0
         self._T_odom_reported: Pose2 | None = None
         self._resent = -math.inf
+        self._stamps: list[float] = []
         self._reported: list[int] = []  # which scan each report was of, from 0
 
     def move(self, T_wheel_base: Pose2) -> None:
@@ -84,6 +85,7 @@ class LocalMapping:
         self.T_odom_base, self.matched = estimate.T_odom_base, estimate.matched
         self.scan = scan
         self.scans += 1
+        self._stamps.append(scan.stamp)
         self._since_report += 1
         pose = self.T_odom_base
         self._track.append((scan.stamp, pose.x, pose.y, pose.theta))
@@ -141,6 +143,10 @@ class LocalMapping:
         self._log[self._number] = report
         self._reported.append(self.scans - 1)
         return report
+
+    def track(self) -> tuple[Floats, Floats]:
+        """Return stamps (n,) [s] and poses (n, 3) of all scans, odom frame, as known now."""
+        return np.array(self._stamps), self._slam.trajectory()
 
     def reported_poses(self) -> Floats:
         """Return where the scan of each report was taken, (n, 3), odom frame, as known now."""

@@ -53,13 +53,14 @@ def remaining(pool: Pool, tried: TriedPlaces, min_gain: float) -> list[dict[str,
     """
     places, gains, closed = frontiers(pool)
     rows = [(place, float(gain)) for place, gain in zip(places, gains, strict=True)]
-    left = [_entry(place, gain, tried, min_gain) for place, gain in rows]
-    return left + [_entry(place, None, tried, min_gain) for place in closed]
+    left = [place_left(place, gain, tried, min_gain) for place, gain in rows]
+    return left + [place_left(place, None, tried, min_gain) for place in closed]
 
 
-def _entry(
+def place_left(
     place: Floats, gain: float | None, tried: TriedPlaces, min_gain: float
 ) -> dict[str, object]:
+    """Return why a place (2,) [m] was left; the arguments are those of `remaining`."""
     x, y = float(place[0]), float(place[1])
     entry: dict[str, object] = {"x_m": x, "y_m": y, "gain_m2": gain}
     given_up = tried.given_up_at((x, y))

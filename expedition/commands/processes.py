@@ -76,7 +76,7 @@ def world(
     """Play the simulated world for a team whose server and robots are started by hand."""
     from expedition import collect
     from expedition.launch import prepare, version
-    from expedition.processes import begin_record, play_world
+    from expedition.processes import begin_record, choose_witness, play_world
     from expedition.results.record import save_record_part
     from expedition.warm_up import warm_up
 
@@ -102,7 +102,8 @@ def world(
     if interrupted.asked:
         last = {"ended": "operator", "reason": "interrupted at the keyboard"}
     save_record_part(parts, "9-launch", {"wall_time_s": time.monotonic() - began, **last})
-    _wait_for_server(parts, live)
+    _wait_for_parts(parts, settings, live)
+    choose_witness(parts)
     summary = _write(folder, live, as_json)
     if interrupted.asked:
         return 130
@@ -129,6 +130,8 @@ def server(
     from expedition.warm_up import warm_up
 
     settings = settings_from(team, world, robots, strategy, seed, max_time=max_time, sets=sets)
+    if not settings.server.enabled:
+        raise UsageError(f"team {settings.name} has no server: set server.enabled=true for one")
     cast.check_strategy(settings)
     network = settings.network
     endpoint = tcp_endpoint(bind, "--bind", network.address, network.server_port)
@@ -161,10 +164,11 @@ def agent(
     world: WorldOption = None,
     robots: RobotsOption = None,
     seed: SeedOption = None,
+    out: OutOption = None,
     sets: SetOption = None,
 ) -> int:
     """Run one robot's software: its own SLAM, bids and navigation."""
-    from expedition.processes import live_as
+    from expedition.processes import live_as, make_folder
     from expedition.warm_up import warm_up
 
     settings = settings_from(team, world, robots, None, seed, sets=sets)
@@ -175,7 +179,11 @@ def agent(
     there = tcp_endpoint(world_endpoint, "--world-endpoint", network.address, network.world_port)
     interrupted, live = Interrupt(), Live(quiet=False)
     warm_up(live.say, lambda: not interrupted.asked, load=False)
-    why = live_as(settings, name, there, _ties(live, name, interrupted))
+    parts = None
+    if settings.robot.decides == "itself":
+        parts = _folder(settings, out) / "parts"
+        make_folder(parts)
+    why = live_as(settings, name, parts, there, _ties(live, name, interrupted))
     live.say(f"{name} is through: {'interrupted' if interrupted.asked else why}")
     if interrupted.asked:
         return 130
@@ -208,14 +216,21 @@ def _ties(
     )
 
 
-def _wait_for_server(parts: Path, live: Live) -> None:
-    """Wait for what the server knows, if it shares this folder."""
+def _wait_for_parts(parts: Path, settings: TeamSettings, live: Live) -> None:
+    """Wait for what the server knows, or the robots where there is none, if they share this folder.
+
+    A robot that was lost leaves nothing; the others are waited for.
+    """
     from expedition.processes import SERVER_DONE
 
+    wanted = [SERVER_DONE]
+    if not settings.server.enabled:
+        wanted = [f"{member.name}.done" for member in settings.members()]
     deadline = time.monotonic() + _SERVER_PATIENCE
-    while not (parts / SERVER_DONE).exists():
+    while missing := [name for name in wanted if not (parts / name).exists()]:
         if time.monotonic() > deadline:
-            live.say(f"the server left nothing in {parts}: the results hold what the world knows")
+            names = ", ".join(name.removesuffix(".done") for name in missing)
+            live.say(f"left nothing in {parts}: {names}; the results hold what the others know")
             return
         time.sleep(0.05)
 

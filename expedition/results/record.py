@@ -132,6 +132,9 @@ class RunRecord:
         remaining: every frontier left, each `{x_m, y_m, length_m, gain_m2, reason}`, map frame.
         victims: whom the team found, each `{x_m, y_m, seen_by, t_s, sightings}`, map frame: who saw
             it first and when, and how often it was seen. One part alone may tell them.
+        observations: of a team that shares them, all in order of time, each `{t_s, robot, number,
+            ranges, pose, bearing_start, bearing_step, range_max}`, the pose as known at the end.
+        repositionings: when a robot told all its poses anew, each `{t_s, robot, poses}`.
         truth: None on a real run.
         config: the whole effective configuration.
         problems: what could not be read or computed, one sentence each.
@@ -167,6 +170,8 @@ class RunRecord:
     aired: dict[str, dict[str, dict[str, int]]] = field(default_factory=dict)
     remaining: list[Event] = field(default_factory=list)
     victims: list[Event] = field(default_factory=list)
+    observations: list[Event] = field(default_factory=list)
+    repositionings: list[Event] = field(default_factory=list)
     pose_graph: PoseGraphRecord = field(default_factory=PoseGraphRecord)
     truth: TruthRecord | None = None
     config: dict[str, Any] = field(default_factory=dict)

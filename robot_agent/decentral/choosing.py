@@ -6,6 +6,7 @@ import math
 
 from coordination.bid import RobotBid
 from coordination.strategy import Strategy
+from coordination.tried_places import TriedPlaces
 from mapping.geometry import Floats, Pose2
 from protocol.crew import Crew
 from protocol.messages import Award, Bid, TaskEnd
@@ -44,6 +45,11 @@ class Choosing:
     def idle(self) -> bool:
         """Whether the robot finds nothing that is worth a trip."""
         return self._decision.idle_since is not None
+
+    @property
+    def last(self) -> tuple[RobotBid | None, TriedPlaces, float]:
+        """The last bid, what was tried in vain, and the least gain [m2] that is worth a trip."""
+        return self._decision.last
 
     def bid(self, message: Bid, now: float) -> Award | None:
         """Decide on a new bid of the robot's own."""

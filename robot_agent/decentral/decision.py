@@ -72,6 +72,11 @@ class Decision:
         return None if self._bid is None else self.bid(self._bid, costs, now)
 
     @property
+    def last(self) -> tuple[RobotBid | None, TriedPlaces, float]:
+        """The last bid, what was tried in vain, and the least gain [m2] that is worth a trip."""
+        return self._bid, self._tried, self._strategy.min_gain
+
+    @property
     def asked(self) -> Floats:
         """The places of the last bid, (n, 2) [m], map frame."""
         return np.zeros((0, 2)) if self._bid is None else self._bid.places

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from mapping.geometry import Pose2
+from mapping.geometry import Floats, Pose2, pose_from
 from mapping.observation_coding import Observation, encode_observation
 from mapping.scan import LaserScan
 from mapping.scan_coding import ScanCodingSettings
@@ -41,6 +41,7 @@ class Sharing:
 
     Attributes:
         feed: tells the map to the robot's software.
+        repositionings: when all poses were told anew, each `{t_s, robot, poses}`, (n, 3) map frame.
         home: where the robot began, (x, y) [m], map frame; None until it is known.
     """
 
@@ -52,6 +53,7 @@ class Sharing:
         self.held = HeldLog(sync.log)
         self.feed = MapFeed(shared.view(), settings.map_period_s)
         self.home: tuple[float, float] | None = None
+        self.repositionings: list[dict[str, object]] = []
         self._judge = MapFeed(shared.view(), 0.0)
         self._settings = settings
         self._coding = ScanCodingSettings(error_bound_m=settings.error_bound_m)
@@ -116,6 +118,17 @@ class Sharing:
             return None
         self._updated = T_map_odom
         return PoseUpdate(number=0, T_map_odom=T_map_odom, uncertainty_m=0.0, matched=True)
+
+    def track(self) -> Floats:
+        """Return where the robot was at each scan since it was started, (n, 4) as known now.
+
+        Rows are stamp [s], x, y [m], theta [rad], map frame; none before it knows where that is.
+        """
+        if self._own is None or self._mapping is None:
+            return np.zeros((0, 4))
+        stamps, poses_own = self._mapping.track()
+        poses = [(self._own.T_map_own @ pose_from(pose)).as_tuple() for pose in poses_own]
+        return np.column_stack((stamps, np.array(poses).reshape(-1, 3)))
 
     # --- the team's -----------------------------------------------------------------------------
 
@@ -205,6 +218,10 @@ class Sharing:
         told = own_table(self.sync)
         if moved(told, table, settings.repose_m, math.radians(settings.repose_deg)):
             self.sync.revise(table, now)
+            poses = np.array([pose_of(row).as_tuple() for row in table.tolist()])
+            self.repositionings.append(
+                {"t_s": now, "robot": self.sync.log.me.robot, "poses": poses}
+            )
 
     def _try_to_tie(self, now: float) -> None:
         """Look whether what the robot saw fits what the others saw around there."""
