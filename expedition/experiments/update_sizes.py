@@ -2,14 +2,20 @@
 
 Two things the paper leaves open are decided here.
 
-When does a cell change? The paper says "a list of changed grid cells with their new values", and of
-a map that is well known: "a complete scan is integrated in the map, it only contributes new
-information to this one cell". So a cell that was seen free and is seen free again must have kept
-its value. That is so where a cell's value is the share of scans that hit it, as in the maps of the
-particle filter that the paper builds upon (Grisetti et al. 2005): `value="share"`, which counts by
-default. With `"log_odds"` a cell that is seen seven times in the same way changes seven times
-before it is sure, which makes grids dearer; with `"known"` it changes only when it turns from
-unknown, free or occupied into another of these, which makes them as cheap as they can be.
+When does a cell change? The paper speaks of "a list of changed grid cells with their new values",
+4-byte floats, and says of a map that is well known: "a complete scan is integrated in the map, it
+only contributes new information to this one cell". So values saturate, but how soon? Its table
+tells what share of the cells in the bounding boxes changed, (CellList / 12) / (BoundingBox / 4):
+12, 28 and 19 % in its three sets. What comes nearest here, still below it, is the value that our
+own grids have, clamped log-odds: about 7 %; a cell that is seen the same way again and again
+changes seven times, then never. It counts by default (`"log_odds"`). If the value is the share of
+scans that hit a cell (`"share"`), so that free stays free at once and only cells beside walls go on
+changing, it is 3 %, and grids take about 2.4 times less; if a cell changes only when it turns from
+unknown, free or occupied into another of these (`"known"`), 2 %, and six times less, so little that
+scans with poses take more. What the comparison says hangs on this choice: tell it with the result.
+
+(`"log_odds"` clamps the sum of all that scans said, where `mapping.grid` clamps after each scan:
+then a single scan that contradicts a sure cell would change it. So fewer cells change here.)
 
 What becomes of a scan that changes nothing? "It is important that it does add new information at
 least to one cell, otherwise the scan would be discarded completely": it is sent by no method and is
@@ -75,6 +81,7 @@ class UpdateSizes:
     Attributes:
         stamps: (n,) [s].
         sizes: method of `METHODS` -> (n,) int64 [bytes].
+        observations: how many scans were sent.
         discarded: how many scans changed no cell and were not sent.
         changed: how many cells changed, all updates together.
         boxed: how many cells their bounding boxes held.
@@ -82,6 +89,7 @@ class UpdateSizes:
 
     stamps: npt.NDArray[np.float64]
     sizes: dict[str, npt.NDArray[np.int64]]
+    observations: int
     discarded: int
     changed: int
     boxed: int
@@ -93,7 +101,7 @@ class UpdateSizes:
 
 
 def update_sizes(
-    updates: Iterable[MapUpdate], resolution: float = 0.1, value: CellValue = "share"
+    updates: Iterable[MapUpdate], resolution: float = 0.1, value: CellValue = "log_odds"
 ) -> UpdateSizes:
     """Return what a sequence of updates takes by each method.
 
@@ -112,6 +120,7 @@ def update_sizes(
     return UpdateSizes(
         np.array([stamp for stamp, _ in sent], dtype=np.float64),
         {method: table[:, i] for i, method in enumerate(METHODS)},
+        sum(change.beams > 0 for _, change in sent),
         sum(change.discarded for _, change in changes),
         sum(change.cells for _, change in sent),
         sum(change.boxed for _, change in sent),

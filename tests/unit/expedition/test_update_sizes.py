@@ -9,6 +9,7 @@ import pytest
 
 from expedition.experiments.map_updates import MapUpdate
 from expedition.experiments.update_sizes import (
+    METHODS,
     best_grid_bytes,
     bounding_box_bytes,
     cell_list_bytes,
@@ -69,11 +70,11 @@ def test_a_beam_changes_the_cells_it_passes_and_the_one_behind_its_end():
 def test_what_is_known_already_is_discarded():
     scan = beam(0.98)
     twice = [MapUpdate(0.0, scan, HERE), MapUpdate(1.0, scan, HERE)]
-    shares = update_sizes(twice)
+    shares = update_sizes(twice, value="share")
     assert (shares.discarded, len(shares.stamps)) == (1, 1)
     # As log-odds, the same scan goes on to say something until all cells are sure.
     always = [MapUpdate(float(k), scan, HERE) for k in range(10)]
-    summed = update_sizes(always, value="log_odds")
+    summed = update_sizes(always)
     # 0.6 against 4.0: seven misses; 0.9 against 4.0: five hits. From the sixth on ten cells change.
     assert summed.sizes["cell_list"].tolist() == [132] * 5 + [120] * 2
     assert summed.discarded == 3
@@ -82,14 +83,14 @@ def test_what_is_known_already_is_discarded():
 def test_a_single_cell_that_changes_is_the_grids_best_case():
     # A wall comes to stand one cell nearer: the cell that was free is now hit every second time.
     updates = [MapUpdate(0.0, beam(0.98), HERE), MapUpdate(1.0, beam(0.88), HERE)]
-    shares = update_sizes(updates)
+    shares = update_sizes(updates, value="share")
     assert shares.sizes["cell_list"].tolist() == [132, 12]
     assert shares.sizes["best_grid"].tolist() == [60, 12]
     assert shares.sizes["pose_graph"].tolist() == [16, 16]
     assert update_sizes(updates, value="known").sizes["cell_list"].tolist() == [132, 12]
     third = [*updates, MapUpdate(2.0, beam(0.88), HERE)]
     assert update_sizes(third, value="known").discarded == 1
-    assert update_sizes(third).discarded == 0  # from a half to two thirds
+    assert update_sizes(third, value="share").discarded == 0  # from a half to two thirds
 
 
 def test_new_poses_of_earlier_scans_redraw_the_grid():
@@ -101,7 +102,7 @@ def test_new_poses_of_earlier_scans_redraw_the_grid():
         MapUpdate(3.0, None, None, {0: there}),
         MapUpdate(4.0, None, None, {1: there}),
     ]
-    found = update_sizes(updates)
+    found = update_sizes(updates, value="share")
     # Eleven cells become unknown, eleven others known, and the scan's own six are new.
     assert found.sizes["cell_list"].tolist() == [132, (11 + 11 + 6) * 12, 0]
     # From row 0 to row 10, from column 0 to column 10.
@@ -112,7 +113,7 @@ def test_new_poses_of_earlier_scans_redraw_the_grid():
 
 def test_nothing_to_send():
     empty = update_sizes([])
-    assert empty.totals == dict.fromkeys(("cell_list", "bounding_box", "best_grid", "pose_graph"), 0)
+    assert empty.totals == dict.fromkeys(METHODS, 0)
     blind = update_sizes([MapUpdate(0.0, beam(0.0), HERE)])
     assert (len(blind.stamps), blind.discarded) == (0, 1)
     with pytest.raises(IndexError):
@@ -120,7 +121,9 @@ def test_nothing_to_send():
 
 
 def test_numbers_of_all_cells_add_up_over_a_map_that_grows_to_all_sides():
-    places = [Pose2(x, y, t) for x, y, t in ((-30.0, 3.0, 1.0), (25.0, -40.0, 2.0), (0.0, 9.0, 4.0))]
+    places = [
+        Pose2(x, y, t) for x, y, t in ((-30.0, 3.0, 1.0), (25.0, -40.0, 2.0), (0.0, 9.0, 4.0))
+    ]
     found = update_sizes([MapUpdate(0.0, beam(0.98), place) for place in places])
     alone = [update_sizes([MapUpdate(0.0, beam(0.98), place)]).changed for place in places]
     assert found.changed == sum(alone)
