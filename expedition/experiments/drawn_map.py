@@ -67,7 +67,9 @@ class DrawnMap:
         """
         told = {n: pose for n, pose in update.moved.items() if self._placed[n] is not None}
         moves = self._moves(told)
-        new = self._place(update.scan, update.T_map_laser) if update.T_map_laser else None
+        new = None
+        if update.scan is not None and update.T_map_laser is not None:
+            new = self._place(update.scan, update.T_map_laser)
         box = new.votes.box if new else EMPTY_BOX
         for old, moved in moves.values():
             box = box.union(old.votes.box).union(moved.votes.box)
@@ -86,9 +88,7 @@ class DrawnMap:
             new is not None and not kept,
         )
 
-    def _place(self, scan: LaserScan | None, T_map_laser: Pose2) -> _Placed | None:
-        if scan is None:
-            return None
+    def _place(self, scan: LaserScan, T_map_laser: Pose2) -> _Placed:
         return _Placed(scan, T_map_laser, votes_of(scan, T_map_laser, self._resolution))
 
     def _moves(self, told: Mapping[int, Pose2]) -> dict[int, tuple[_Placed, _Placed]]:
@@ -98,10 +98,7 @@ class DrawnMap:
             old = self._placed[number]
             if old is None or old.T_map_laser == pose:
                 continue
-            moves[number] = (
-                old,
-                _Placed(old.scan, pose, votes_of(old.scan, pose, self._resolution)),
-            )
+            moves[number] = old, self._place(old.scan, pose)
         return moves
 
     def _move(self, moves: Mapping[int, tuple[_Placed, _Placed]]) -> None:
