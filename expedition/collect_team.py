@@ -149,7 +149,7 @@ def _observations(shared: SharedMap) -> list[dict[str, Any]]:
             "robot": placed.author[0],
             "number": placed.number,
             "ranges": np.asarray(scan.ranges, dtype=np.float32),
-            "pose": placed.T_map_base.as_array(),
+            "pose": (shared.told[placed.author, placed.number] @ scan.T_base_laser).as_array(),
             "bearing_start": scan.bearing_start,
             "bearing_step": scan.bearing_step,
             "range_max": scan.range_max,

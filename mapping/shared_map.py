@@ -8,7 +8,7 @@ the global map m_G."
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,10 @@ class Held(Protocol):
 
     def payload(self, author: Author, number: int) -> bytes:
         """Return the bytes of an entry that is held."""
+        ...
+
+    def told_at(self, author: Author, number: int) -> Pose2:
+        """Return where an entry was made, as its author first said, map frame."""
         ...
 
     def poses(self, author: Author) -> Mapping[int, Pose2]:
@@ -73,6 +77,7 @@ class SharedMap:
     Attributes:
         team: see above.
         observations: by author and number, what was decoded.
+        told: by author and number, where the author first said that it was, map frame.
         unreadable: why an entry is not drawn, by author and number: nobody draws it.
     """
 
@@ -81,6 +86,7 @@ class SharedMap:
     ) -> None:
         self.team = team
         self.observations: dict[tuple[Author, int], Observation] = {}
+        self.told: dict[tuple[Author, int], Pose2] = {}
         self.unreadable: dict[tuple[Author, int], str] = {}
         self._layouts = tuple(layouts)
         self._views: list[MapView] = []
@@ -113,6 +119,7 @@ class SharedMap:
             author: held.poses(author) for author in {**moved, **{a: None for a, _ in entries}}
         }
         for author, number in entries:
+            self.told[author, number] = held.told_at(author, number)
             reason = self._observe(author, number, held.payload(author, number), poses[author])
             if reason is not None:
                 bad.append(((author, number), reason))
@@ -149,9 +156,11 @@ class SharedMap:
 
     def _forget(self, author: Author) -> None:
         """Take an author out of the map."""
-        for told in (self.observations, self.unreadable):
-            for key in [key for key in told if key[0] == author]:
-                del told[key]
+        books: list[dict[tuple[Author, int], Any]]
+        books = [self.observations, self.told, self.unreadable]
+        for book in books:
+            for key in [key for key in book if key[0] == author]:
+                del book[key]
         self.team.forget(author)
 
 

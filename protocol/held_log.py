@@ -23,6 +23,10 @@ class HeldLog:
         """Return the bytes of an entry that is held."""
         return self._log.of(Author(*author)).entries[number].what.payload
 
+    def told_at(self, author: tuple[str, int], number: int) -> Pose2:
+        """Return where an entry was made, as its author first said, map frame."""
+        return pose_of(self._log.of(Author(*author)).entries[number].what.pose)
+
     def poses(self, author: tuple[str, int]) -> dict[int, Pose2]:
         """Return where the entries of an author were made, by the newest word on it, map frame."""
         log = self._log.of(Author(*author))

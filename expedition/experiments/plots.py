@@ -45,6 +45,20 @@ def new_figure(title: str, x: str, y: str, width: float = 7.0) -> tuple[Figure, 
     return figure, axes
 
 
+def new_panels(rows: int, columns: int, width: float = 11.0) -> tuple[Figure, list[list[Axes]]]:
+    """Return a figure of empty plots, and these by row and column; `width` in inches."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib.figure import Figure as NewFigure
+
+    with matplotlib.rc_context(_STYLE):
+        size = width, 0.62 * width / columns * max(rows, 1)
+        figure = NewFigure(figsize=size, layout="constrained")
+        places = [figure.add_subplot(rows, columns, k + 1) for k in range(rows * columns)]
+    return figure, [places[row * columns : (row + 1) * columns] for row in range(rows)]
+
+
 def plot_spreads(
     axes: Axes, lines: Mapping[str, Sequence[tuple[float, Mapping[str, float | None]]]]
 ) -> None:

@@ -133,7 +133,7 @@ class RunRecord:
         victims: whom the team found, each `{x_m, y_m, seen_by, t_s, sightings}`, map frame: who saw
             it first and when, and how often it was seen. One part alone may tell them.
         observations: of a team that shares them, all in order of time, each `{t_s, robot, number,
-            ranges, pose, bearing_start, bearing_step, range_max}`, the pose as known at the end.
+            ranges, pose, bearing_start, bearing_step, range_max}`, the laser's pose as first told.
         repositionings: when a robot told all its poses anew, each `{t_s, robot, poses}`.
         truth: None on a real run.
         config: the whole effective configuration.

@@ -174,11 +174,9 @@ class Peer:
 
     def _tell_judge(self, request: words.MapRequest) -> list[Effect]:
         """Tell the world's judge how the map looks, by no radio: it is not part of the mission."""
-        told: list[Message] = [
-            self.sharing.told_judge(request.have),
-            self.choosing.crew.team_poses(),
-        ]
-        return [Send("body", WORLD, message) for message in told if message is not None]
+        effects: list[Effect] = [Send("body", WORLD, self.choosing.crew.team_poses())]
+        told = self.sharing.told_judge(request.have)
+        return effects if told is None else [*effects, Send("body", WORLD, told)]
 
     # --- deciding -------------------------------------------------------------------------------
 
