@@ -29,7 +29,8 @@ from expedition.experiments.plots import new_panels, save_figure
 from expedition.experiments.rescue_bandwidth import LIDAR, ROBOTS_OF_TEAM, TEAM, WORLD
 from expedition.results.map_image import map_png
 from expedition.results.record import RunRecord, load_record
-from expedition.results.summary import reachable_of, transform_to_world
+from expedition.results.summary import reachable_of
+from expedition.results.team_frame import transform_to_world
 from mapping.grid import classify
 
 NAME = "rescue-maps"
