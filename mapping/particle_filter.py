@@ -237,7 +237,8 @@ class ParticleFilter:
         means, covariances, evidence = self._match(points, predicted)
         self._weigh(evidence)
         parents = self._resample()
-        poses = drawn(means[parents], covariances[parents], self._rng)
+        spread = self.particles.draw_scale**2 * covariances
+        poses = drawn(means[parents], spread[parents], self._rng)
         self._maps.insert([*self._placed_between(parents), (points, poses)])
         self.poses = poses
         self.T_odom_base = pose_from(poses[self.best])
@@ -275,8 +276,17 @@ class ParticleFilter:
             self._maps.inherit(parents)
             self._evidence = self._evidence[parents]
             self._log_weights = np.zeros(count)
-        self.best = int(self._evidence.argmax())
+        self.best = self._best_of(parents)
         return parents
+
+    def _best_of(self, parents: npt.NDArray[np.int64]) -> int:
+        """Return the best particle: the best descendant of the one so far, if none is far better."""
+        best = int(self._evidence.argmax())
+        heirs = np.flatnonzero(parents == self.best)
+        if len(heirs) == 0:
+            return best
+        heir = int(heirs[self._evidence[heirs].argmax()])
+        return heir if self._evidence[best] - self._evidence[heir] <= self.particles.stay else best
 
     def _placed_between(self, parents: npt.NDArray[np.int64]) -> list[tuple[Floats, Floats]]:
         """Return the scans since the last update, with the poses (n, 3) of the particles then."""

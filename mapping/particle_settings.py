@@ -19,6 +19,9 @@ class ParticleSettings:
         evidence_weight: how much of an independent witness one scan is to the particles' weights;
             scans in a row see the same walls, with the same errors.
         resample_below: particles are drawn anew when their effective number falls below this share.
+        draw_scale: poses are drawn with so much of the standard deviation that a match claims.
+        stay: the particle that counts as the best stays it, or its best descendant does, until the
+            evidence [nats] of another is larger by this: a pose that jumps to and fro serves nobody.
         guesses: poses tried when a scan contradicts the map.
         walls: how their maps are kept.
         free_reach: the map drawn of the best particle shows no more than so far around it [m].
@@ -29,6 +32,8 @@ class ParticleSettings:
     update_turn: float = 0.8
     evidence_weight: float = 0.1
     resample_below: float = 0.5
+    draw_scale: float = 0.5
+    stay: float = 2.0
     guesses: int = 300
     walls: WallSettings = field(default_factory=WallSettings)
     free_reach: float = 20.0
