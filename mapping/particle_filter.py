@@ -280,7 +280,7 @@ class ParticleFilter:
         return parents
 
     def _best_of(self, parents: npt.NDArray[np.int64]) -> int:
-        """Return the best particle: the best descendant of the one so far, if none is far better."""
+        """Return the best particle: an heir of the one so far, if no other is far better."""
         best = int(self._evidence.argmax())
         heirs = np.flatnonzero(parents == self.best)
         if len(heirs) == 0:

@@ -21,7 +21,7 @@ class ParticleSettings:
         resample_below: particles are drawn anew when their effective number falls below this share.
         draw_scale: poses are drawn with so much of the standard deviation that a match claims.
         stay: the particle that counts as the best stays it, or its best descendant does, until the
-            evidence [nats] of another is larger by this: a pose that jumps to and fro serves nobody.
+            evidence of another is larger by this [nats]: a pose that jumps serves nobody.
         guesses: poses tried when a scan contradicts the map.
         walls: how their maps are kept.
         free_reach: the map drawn of the best particle shows no more than so far around it [m].

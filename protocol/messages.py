@@ -22,6 +22,7 @@ from protocol.fields import (
     Coordinate,
     Count,
     Covariance,
+    Detections,
     Finite,
     Name,
     NotNegative,
@@ -136,7 +137,8 @@ class ScanReport(Message):
     `covariance` is that of `T_odom_base` relative to the robot's own map around it, odom frame.
     `T_wheel_base` is where the wheels alone put the robot, in a frame of their own.
     `sightings_odom` (k, 2) [m] is where it saw discs of a teammate's size since the report before,
-    in its odom frame; told only while it looks around.
+    in its odom frame; told only while it looks around. `victims_odom` (k, 2) [m] is where it made
+    out victims since the report before, in its odom frame.
     """
 
     type: Literal["scan_report"] = "scan_report"
@@ -152,6 +154,7 @@ class ScanReport(Message):
     track_odom: Track
     T_wheel_base: PoseField | None = None
     sightings_odom: Points = NO_POINTS
+    victims_odom: Detections = NO_POINTS
 
 
 class ReportsReceived(Message):

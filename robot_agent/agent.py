@@ -155,6 +155,7 @@ class Agent:
         mapping, planning_map, explorer, work = self._body_parts
         if len(message.ranges):
             mapping.take(self._scan_of(message, mapping), message.T_wheel_base)
+            mapping.sight_victims(message.victims_base.astype(np.float64))
             self._points_base = mapping.scan.points_base() if mapping.scan else _NO_POINTS
             if not (self._look.done and self._aligned):
                 body = self._joined.body or Body()

@@ -61,6 +61,7 @@ class LocalMapping:
         self._T_wheel_slam: Pose2 | None = None
         self._track: list[tuple[float, float, float, float]] = []
         self._sightings: list[Floats] = []
+        self._victims: list[Floats] = []
         self._log: dict[int, ScanReport] = {}
         self._number = 0
         self._since_report = 0
@@ -93,6 +94,11 @@ class LocalMapping:
     def sight(self, places_base: Floats) -> None:
         """Note where the last scan showed discs of a teammate's size, (k, 2) [m], base frame."""
         self._sightings.append(self._slam.T_odom_base.apply(places_base))
+
+    def sight_victims(self, places_base: Floats) -> None:
+        """Note where victims were made out with the last scan, (k, 2) [m], base frame."""
+        if len(places_base):
+            self._victims.append(self._slam.T_odom_base.apply(places_base))
 
     def report_due(self, aligned: bool, news: Callable[[LaserScan], float]) -> bool:
         """Whether the last scan is to be reported; a robot at rest has nothing new to tell.
@@ -135,9 +141,11 @@ class LocalMapping:
             track_odom=np.array(self._track, dtype=np.float64).reshape(-1, 4)[-4096:],
             T_wheel_base=self._T_wheel_slam,
             sightings_odom=np.concatenate((NO_POINTS, *self._sightings)).astype(np.float32)[-256:],
+            victims_odom=np.concatenate((NO_POINTS, *self._victims)).astype(np.float32)[-255:],
         )
         self._track.clear()
         self._sightings.clear()
+        self._victims.clear()
         self._since_report = 0
         self._T_odom_reported = self._slam.T_odom_base
         self._log[self._number] = report

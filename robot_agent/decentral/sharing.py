@@ -69,7 +69,6 @@ class Sharing:
         self._next_repose = 0.0
         self._mapping: LocalMapping | None = None
         self._kept = own_table(sync)
-        self._victims = np.zeros((0, 2))
 
     # --- the robot's own ------------------------------------------------------------------------
 
@@ -205,7 +204,8 @@ class Sharing:
 
     def _append(self, report: ScanReport, now: float) -> None:
         assert self._own is not None
-        observation = Observation(scan_of(report), self._victims)
+        victims_base = report.T_odom_base.inverse().apply(report.victims_odom.astype(np.float64))
+        observation = Observation(scan_of(report), victims_base)
         payload = encode_observation(observation, self._coding)
         pose = pose_steps(self._own.T_map_own @ report.T_odom_base)
         self.sync.append(payload, pose, now)
