@@ -8,7 +8,7 @@ one from elsewhere is named by an import string, "module:Class".
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, cast, runtime_checkable
 
@@ -98,6 +98,28 @@ class Strategy(Protocol):
         Returns:
             At most one choice for each bid, by the robot's name. A robot without one gets nothing
             to explore.
+        """
+        ...
+
+
+@runtime_checkable
+class ChoosesAlone(Protocol):
+    """A strategy by which a robot can choose for itself, without working out what others choose."""
+
+    def choose(
+        self,
+        own: RobotBid,
+        others: Sequence[RobotBid],
+        heading: Region | None,
+        running: tuple[Region, ...],
+    ) -> Choice | None:
+        """Return what `assign` would choose for one robot.
+
+        Args:
+            own: its bid.
+            others: the bids of all others, in any order.
+            heading: where it is heading now.
+            running: as for `Strategy.assign`.
         """
         ...
 

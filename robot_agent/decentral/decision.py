@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from coordination.bid import RobotBid
-from coordination.strategy import Choice, Region, Strategy
+from coordination.strategy import Choice, ChoosesAlone, Region, Strategy
 from coordination.tried_places import TriedPlaces
 from mapping.geometry import Floats
 from protocol.messages import Award, TaskEnd
@@ -105,15 +105,22 @@ class Decision:
 
     def _decide(self, bids: list[RobotBid], now: float) -> Award | None:
         """Choose among the places that are left; None to go on as before."""
-        current = (self.region,) if self.region else ()
-        choices = self._strategy.assign(tuple(sorted(bids, key=lambda b: b.robot)), current, ())
-        mine = next((choice for choice in choices if choice.robot == self._robot), None)
+        mine = self._own_choice(bids)
         if mine is None:
             if self.region is None and self.idle_since is None:
                 self.idle_since = now
             return None
         self.idle_since, self._home = None, False
         return self._explore(mine)
+
+    def _own_choice(self, bids: list[RobotBid]) -> Choice | None:
+        """Return what the strategy chooses for this robot, whose bid comes first."""
+        own, *others = bids
+        if isinstance(self._strategy, ChoosesAlone):
+            return self._strategy.choose(own, others, self.region, ())
+        current = (self.region,) if self.region else ()
+        choices = self._strategy.assign(tuple(sorted(bids, key=lambda b: b.robot)), current, ())
+        return next((choice for choice in choices if choice.robot == self._robot), None)
 
     def _explore(self, choice: Choice) -> Award | None:
         """Return the award of a place, None if it is the one in hand."""
