@@ -8,8 +8,8 @@ from protocol.log_messages import ENTRIES_IN_FRAME, LogMessage, observations, po
 from protocol.log_settings import LogSyncSettings
 from protocol.observation_log import ObservationLog
 
-FRAME_OVERHEAD = 110  # [bytes], about, of a frame of observations
-ENTRY_OVERHEAD = 17  # [bytes], about, of an entry in it: pose, number, size
+FRAME_OVERHEAD = 60  # [bytes], about, of a frame of observations
+ENTRY_OVERHEAD = 9  # [bytes], about, of an entry in it: pose, number, size
 
 
 class Telling:
