@@ -108,7 +108,7 @@ class LogSync:
         return number
 
     def revise(self, poses: PoseTable, now: float) -> None:
-        """Replace all poses (n, 3) of one's own entries. They are told with the next batch.
+        """Replace all poses (n, 3) of one's own entries. They are told soon.
 
         Raises:
             ValueError: not one pose for each entry, or one farther out than anybody would take.
@@ -116,7 +116,7 @@ class LogSync:
         self._check_reach(poses)
         self.log.revise(poses)
         self._announcing.change(now)
-        self._telling.news(now)
+        self._telling.revised(now)
 
     def handle(self, peer: str, message: LogMessage, now: float) -> list[Outgoing]:
         """Take a peer's message; return what is to be sent at once."""
@@ -218,8 +218,12 @@ class LogSync:
         author = Author(message.author or peer, message.life)
         before = self.log.of(author).version
         self._blame(self.intake.revision(peer, message, now), now)
-        self._heard(peer, author, (0,), now)
-        if self.log.of(author).version > before:
+        version = self.log.of(author).version
+        if not message.back:
+            self._heard(peer, author, (0,), now)
+        elif version >= message.version:  # others may not have been able to read it
+            self.asking.arrived(author, (0,), peer, now)
+        if version > before:
             self._announcing.change(now)
 
     def _blame(self, faults: list[tuple[str, str]], now: float) -> None:

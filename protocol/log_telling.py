@@ -1,12 +1,18 @@
-"""A member's own news: collected for a while, then broadcast, entries before new poses."""
+"""A member's own news: collected for a while, then broadcast, entries before new poses.
+
+New poses are told as differences to those that were told before; who lacks these asks for all.
+"""
 
 from __future__ import annotations
 
 from itertools import groupby
 
+import numpy as np
+
 from protocol.log_messages import ENTRIES_IN_FRAME, LogMessage, observations, pose_set
 from protocol.log_settings import LogSyncSettings
 from protocol.observation_log import ObservationLog
+from protocol.pose_coding import PoseTable
 
 FRAME_OVERHEAD = 60  # [bytes], about, of a frame of observations
 ENTRY_OVERHEAD = 9  # [bytes], about, of an entry in it: pose, number, size
@@ -31,6 +37,7 @@ class Telling:
         self.version = log.own.version
         self._log = log
         self._settings = settings
+        self._poses = log.own.poses  # of that version
 
     def news(self, now: float) -> None:
         """There is something new: tell it after a while, or at once if a frame is full."""
@@ -42,6 +49,11 @@ class Telling:
         if size + FRAME_OVERHEAD >= self._settings.frame_bytes or len(waiting) >= ENTRIES_IN_FRAME:
             self.due = now
 
+    def revised(self, now: float) -> None:
+        """There are new poses: others must not go by the old ones for long."""
+        soon = now + self._settings.revision_delay_s
+        self.due = soon if self.due is None else min(self.due, soon)
+
     def tell(self) -> list[LogMessage]:
         """Return the messages that tell all the news."""
         me, own = self._log.me, self._log.own
@@ -51,6 +63,14 @@ class Telling:
             for version, entries in groupby(told, lambda each: each[1].version)
         ]
         if own.version > self.version:
-            messages.append(pose_set(me, own.version, own.poses, me.robot))
+            before = (self.version, self._before(len(own.poses)))
+            messages.append(pose_set(me, own.version, own.poses, me.robot, before))
+            self._poses = own.poses
         self.count, self.version, self.due = own.count, own.version, None
         return messages
+
+    def _before(self, count: int) -> PoseTable:
+        """Return the poses of the first entries, (count, 3), as they were told up to now."""
+        entries = self._log.own.entries
+        first = [entries[n].what.pose for n in range(len(self._poses) + 1, count + 1)]
+        return np.concatenate((self._poses[:count], np.array(first, np.int32).reshape(-1, 3)))

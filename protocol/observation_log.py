@@ -139,6 +139,18 @@ class AuthorLog:
             return x, y, theta
         return self.entries[number].what.pose
 
+    def poses_of_first(self, count: int) -> PoseTable | None:
+        """Return where the first entries were made, (count, 3), by the newest poses held.
+
+        Nothing if one of them is not held.
+        """
+        known = self.poses[:count]
+        numbers = range(len(known) + 1, count + 1)
+        if len(numbers) > len(self.entries) or any(n not in self.entries for n in numbers):
+            return None
+        first = [self.entries[n].what.pose for n in numbers]
+        return np.concatenate((known, np.array(first, dtype=np.int32).reshape(-1, 3)))
+
     def beyond(self) -> list[Range]:
         """Return the ranges of numbers that are held after the first gap."""
         return ranges_of(sorted(self._beyond))
