@@ -102,7 +102,12 @@ class PoseSet(PackedMessage):
 
     def packed(self) -> bytes:
         """Return all fields as bytes."""
-        packer = pack_source(self.author, self.life).number(self.version).number(self.count).number(self.back)
+        packer = (
+            pack_source(self.author, self.life)
+            .number(self.version)
+            .number(self.count)
+            .number(self.back)
+        )
         return packer.raw(self.data.tobytes()).data()
 
     @classmethod
@@ -132,7 +137,8 @@ class LogHave(PackedMessage):
 
     def packed(self) -> bytes:
         """Return all fields as bytes."""
-        packer = pack_listing(self.authors, self.lives, self.versions).numbers(self.counts).number(len(self.sums))
+        packer = pack_listing(self.authors, self.lives, self.versions)
+        packer.numbers(self.counts).number(len(self.sums))
         for checksum in self.sums:
             packer.raw(checksum.to_bytes(4, "little"))
         return pack_ranges(packer, self.beyond).data()
@@ -163,13 +169,15 @@ class LogWant(PackedMessage):
 
     def packed(self) -> bytes:
         """Return all fields as bytes."""
-        return pack_ranges(pack_listing(self.authors, self.lives, self.versions), self.ranges).data()
+        packer = pack_listing(self.authors, self.lives, self.versions)
+        return pack_ranges(packer, self.ranges).data()
 
     @classmethod
     def unpacked(cls, data: bytes) -> dict[str, object]:
         """Return the fields that `packed` made these bytes of."""
         unpacker = Unpacker(data)
-        return unpack_listing(unpacker, AUTHORS_IN_FRAME) | {"ranges": unpack_ranges(unpacker, RANGES_IN_FRAME)}
+        fields = unpack_listing(unpacker, AUTHORS_IN_FRAME)
+        return fields | {"ranges": unpack_ranges(unpacker, RANGES_IN_FRAME)}
 
 
 LogMessage = Observations | PoseSet | LogHave | LogWant
