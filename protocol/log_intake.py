@@ -28,6 +28,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from protocol.earlier_poses import poses_of_first
 from protocol.log_messages import Observations, PoseSet, entries_of
 from protocol.log_peers import Peers
 from protocol.log_settings import LogSyncSettings
@@ -116,7 +117,7 @@ class Intake:
         return self._take_revision(author, revision, peer, first_hand, now)
 
     def _revision_of(self, author: Author, peer: str, message: PoseSet) -> PoseRevision | None:
-        """Return the revision that a message tells; None if the poses that it builds on are not held.
+        """Return the revision that a message tells; None if what it builds on is not held.
 
         Raises:
             ValueError: what is wrong with the message.
@@ -129,7 +130,7 @@ class Intake:
                 raise ValueError("a difference of poses that its sender cannot tell")
             log = self._log.of(author)
             known = log.version == message.version - message.back
-            base = log.poses_of_first(message.count) if known else None
+            base = poses_of_first(log, log.poses, message.count) if known else None
             if base is None:
                 return None
         try:

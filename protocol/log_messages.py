@@ -25,7 +25,7 @@ from protocol.log_packing import (
     unpack_table,
 )
 from protocol.observation_log import Author, Entry
-from protocol.packing import PackedMessage, Packer, Unpacker
+from protocol.packing import PackedMessage, Unpacker
 from protocol.pose_coding import PoseTable, pack_poses
 
 ENTRIES_IN_FRAME = 256
@@ -158,25 +158,28 @@ class LogWant(PackedMessage):
     """What the sender wants from the receiver.
 
     `ranges` are (index of the author, first, last); `versions[i]` is the pose revision wanted of
-    author i, or any newer one; 0 for none.
+    author i, or any newer one; 0 for none. It may be told as a difference to version `bases[i]` -
+    1, where that is not 0.
     """
 
     type: Literal["log_want"] = "log_want"
     authors: Authors
     lives: Tallies
     versions: Tallies
+    bases: Tallies = ()
     ranges: NumberRanges = ()
 
     def packed(self) -> bytes:
         """Return all fields as bytes."""
         packer = pack_listing(self.authors, self.lives, self.versions)
-        return pack_ranges(packer, self.ranges).data()
+        return pack_ranges(packer.numbers(self.bases), self.ranges).data()
 
     @classmethod
     def unpacked(cls, data: bytes) -> dict[str, object]:
         """Return the fields that `packed` made these bytes of."""
         unpacker = Unpacker(data)
         fields = unpack_listing(unpacker, AUTHORS_IN_FRAME)
+        fields["bases"] = unpacker.numbers(AUTHORS_IN_FRAME)
         return fields | {"ranges": unpack_ranges(unpacker, RANGES_IN_FRAME)}
 
 
@@ -264,6 +267,8 @@ def authors_of(message: LogHave | LogWant) -> list[Author]:
     lengths = [len(message.authors), len(message.lives), len(message.versions)]
     if isinstance(message, LogHave):
         lengths += [len(message.counts), len(message.sums)]
+    elif message.bases:
+        lengths.append(len(message.bases))
     authors = [Author(*pair) for pair in zip(message.authors, message.lives, strict=False)]
     if min(lengths) != max(lengths) or len({*authors}) != len(authors):
         raise ValueError("parts that do not fit: authors and what is said of them")

@@ -1,6 +1,6 @@
 """A member's own news: collected for a while, then broadcast, entries before new poses.
 
-New poses are told as differences to those that were told before; who lacks these asks for all.
+New poses are told as differences to those that were told before; who lacks these asks.
 """
 
 from __future__ import annotations
@@ -9,10 +9,11 @@ from itertools import groupby
 
 import numpy as np
 
+from protocol.earlier_poses import own_poses_at
 from protocol.log_messages import ENTRIES_IN_FRAME, LogMessage, observations, pose_set
 from protocol.log_settings import LogSyncSettings
 from protocol.observation_log import ObservationLog
-from protocol.pose_coding import PoseTable
+from protocol.pose_coding import STEPS_PER_METRE, PoseTable
 
 FRAME_OVERHEAD = 60  # [bytes], about, of a frame of observations
 ENTRY_OVERHEAD = 9  # [bytes], about, of an entry in it: pose, number, size
@@ -37,7 +38,6 @@ class Telling:
         self.version = log.own.version
         self._log = log
         self._settings = settings
-        self._poses = log.own.poses  # of that version
 
     def news(self, now: float) -> None:
         """There is something new: tell it after a while, or at once if a frame is full."""
@@ -50,9 +50,12 @@ class Telling:
             self.due = now
 
     def revised(self, now: float) -> None:
-        """There are new poses: others must not go by the old ones for long."""
-        soon = now + self._settings.revision_delay_s
-        self.due = soon if self.due is None else min(self.due, soon)
+        """There are new poses: the others must not go by wrong ones for long."""
+        own, wait = self._log.own, self._settings.batch_period_s
+        before = own_poses_at(self._log, self.version, len(own.poses))
+        if before is None or _farthest(before[1], own.poses) >= self._settings.revision_large_m:
+            wait = min(wait, self._settings.revision_delay_s)
+        self.due = now + wait if self.due is None else min(self.due, now + wait)
 
     def tell(self) -> list[LogMessage]:
         """Return the messages that tell all the news."""
@@ -63,14 +66,13 @@ class Telling:
             for version, entries in groupby(told, lambda each: each[1].version)
         ]
         if own.version > self.version:
-            before = (self.version, self._before(len(own.poses)))
+            before = own_poses_at(self._log, self.version, len(own.poses))
             messages.append(pose_set(me, own.version, own.poses, me.robot, before))
-            self._poses = own.poses
         self.count, self.version, self.due = own.count, own.version, None
         return messages
 
-    def _before(self, count: int) -> PoseTable:
-        """Return the poses of the first entries, (count, 3), as they were told up to now."""
-        entries = self._log.own.entries
-        first = [entries[n].what.pose for n in range(len(self._poses) + 1, count + 1)]
-        return np.concatenate((self._poses[:count], np.array(first, np.int32).reshape(-1, 3)))
+
+def _farthest(before: PoseTable, after: PoseTable) -> float:
+    """Return how far the pose that moved most has moved [m]; both (n, 3) in steps."""
+    off = (after - before)[:, :2] / STEPS_PER_METRE
+    return float(np.hypot(off[:, 0], off[:, 1]).max(initial=0.0))

@@ -30,6 +30,8 @@ import numpy as np
 from protocol.number_ranges import Range, ranges_of
 from protocol.pose_coding import PoseSteps, PoseTable
 
+_PAST_MOST = 32
+
 Verdict = Literal["new", "same", "different"]
 
 
@@ -139,18 +141,6 @@ class AuthorLog:
             return x, y, theta
         return self.entries[number].what.pose
 
-    def poses_of_first(self, count: int) -> PoseTable | None:
-        """Return where the first entries were made, (count, 3), by the newest poses held.
-
-        Nothing if one of them is not held.
-        """
-        known = self.poses[:count]
-        numbers = range(len(known) + 1, count + 1)
-        if len(numbers) > len(self.entries) or any(n not in self.entries for n in numbers):
-            return None
-        first = [self.entries[n].what.pose for n in numbers]
-        return np.concatenate((known, np.array(first, dtype=np.int32).reshape(-1, 3)))
-
     def beyond(self) -> list[Range]:
         """Return the ranges of numbers that are held after the first gap."""
         return ranges_of(sorted(self._beyond))
@@ -207,11 +197,15 @@ class ObservationLog:
     Args:
         robot: this robot's name.
         life: which life of it this is.
+
+    Attributes:
+        past: the last of this robot's own revisions before the newest, by version.
     """
 
     def __init__(self, robot: str, life: int = 0) -> None:
         self.me = Author(robot, life)
         self.logs: dict[Author, AuthorLog] = {self.me: AuthorLog()}
+        self.past: dict[int, PoseTable] = {}
         self._news = _News()
 
     @property
@@ -243,6 +237,8 @@ class ObservationLog:
             raise ValueError(f"poses of shape {poses.shape} for {self.own.count} entries")
         held = np.array(poses, dtype=np.int32)
         held.flags.writeable = False
+        self.past[self.own.version] = self.own.poses
+        self.past.pop(self.own.version - _PAST_MOST, None)
         revision = PoseRevision(self.own.version + 1, held)
         self.put_revision(self.me, revision, self.me.robot)
         return revision

@@ -138,7 +138,11 @@ def examples() -> dict[str, Message]:
             beyond=((1, 9, 12),),
         ),
         logs.LogWant(
-            authors=("robot1", "robot2"), lives=(0, 1), versions=(0, 3), ranges=((1, 8, 8),)
+            authors=("robot1", "robot2"),
+            lives=(0, 1),
+            versions=(0, 3),
+            bases=(0, 3),
+            ranges=((1, 8, 8),),
         ),
         peers.Beacon(
             life=1,
