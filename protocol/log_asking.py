@@ -235,8 +235,13 @@ class Asking:
         )
 
     def _base(self, author: Author) -> int:
-        """Return to what an author's poses may be told as differences: once that is tried."""
+        """Return to what an author's poses may be told as differences.
+
+        That is tried once, and only if no entries lack, which the differences may speak of.
+        """
         asked = self.asked.get((author, 0))
         if asked is None or asked.attempts > 1 or (author, 0) in self._doubted:
+            return 0
+        if any(other == author and number for other, number in self.asked):
             return 0
         return 1 + self._log.of(author).version
