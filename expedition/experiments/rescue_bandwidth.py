@@ -116,10 +116,10 @@ def row_of(
 
     Returns:
         `cell_list` to `pose_graph`: by the paper's formulas [bytes]; `wire`: what the team aired
-        to tell of its map [bytes], frames and repetitions and all; `beacons`: to tell where each
-        robot is [bytes]; `wire_each`: `wire` for each observation; `observations`: how many were told, and `discarded`, how many were not
-        worth telling; `changed_of_box`: what share of the cells in bounding boxes changed (the
-        paper: 0.12, 0.28 and 0.19).
+        to tell of its map [bytes], frames and repetitions and all, `wire_each` of it for each
+        observation; `beacons`: to tell where each robot is [bytes]; `observations`: how many were
+        told, and `discarded`, how many were not worth telling; `changed_of_box`: what share of the
+        cells in bounding boxes changed (the paper: 0.12, 0.28 and 0.19).
     """
     totals = sizes.totals
     return {

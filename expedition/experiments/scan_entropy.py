@@ -1,4 +1,4 @@
-"""How many bytes a run's scans take as they are coded, and how many their noise alone would take."""
+"""How many bytes a run's scans take as they are coded, and how many their noise alone takes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""New poses told as differences to those before: who has these has all, who lacks them lacks all."""
+"""New poses told as differences to those before: who lacks these asks."""
 
 from __future__ import annotations
 
