@@ -36,7 +36,7 @@ def driven(entries: int = 2) -> LogSync:
 
 def carry(source: LogSync, to: LogSync, now: float, most: int = 99) -> list[PoseSet]:
     """Let a member tell; return the poses among it. Only the first messages arrive."""
-    sent = source._telling.tell()
+    sent = source.telling.tell()
     for message in sent[:most]:
         to.handle(source.log.me.robot, message, now)
     return [message for message in sent if isinstance(message, PoseSet)]
@@ -80,7 +80,7 @@ def test_what_was_forged_before_cannot_be_built_on() -> None:
     ann, ben = driven(), member("ben")
     carry(ann, ben, 0.0)
     ann.revise(table(5, 6), 0.0)
-    ann._telling.tell()  # lost
+    ann.telling.tell()  # lost
     ben.handle("eve", pose_set(ANN, 1, table(90, 91), "eve"), 0.0)
     ann.revise(table(5, 7), 1.0)
     carry(ann, ben, 1.0)
