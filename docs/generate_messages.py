@@ -24,6 +24,7 @@ from protocol.codec import (
     MAX_PARTS,
 )
 from protocol.fields import ArrayField
+from protocol.packing import PackedMessage
 
 PAGE = Path(__file__).parent / "messages.md"
 _PARTS = (Body, Lidar, Drive, VictimDetector)
@@ -36,8 +37,10 @@ Protocol version {major}.{minor}. A frame is `[header, body, array, ...]`: at mo
 and {frame} bytes. The header (msgpack, at most {head} bytes) is the list
 `[[major, minor], type, source, to, sequence, stamp_s, acknowledged]`. The body (msgpack, at most
 {body} bytes) is a map of the fields; its key `~` lists `[field, dtype, shape]` of the arrays, whose
-raw little-endian bytes follow in that order. Minor versions only add: unknown fields are ignored,
-unknown types counted and dropped. Another major is refused.
+raw little-endian bytes follow in that order. Of a message that is marked as packed, `~` is one byte
+string with all its fields, as its class in `protocol/` writes them, and no arrays follow. Minor
+versions only add: unknown fields are ignored, unknown types counted and dropped. Another major is
+refused.
 
 Names are 1 to 32 of `A-Z a-z 0-9 - _ .`; `to` may also be `*`, every robot in reach. A pose is
 `[x, y, theta]` in metres and radians. Every number is finite.
@@ -72,6 +75,8 @@ def _section(model: Any, title: str) -> str:
     """Return a heading, the docstring and a table of the fields."""
     fields = {name: field for name, field in model.model_fields.items() if name != "type"}
     lines = [f"### {title}\n", inspect.getdoc(model) or "", ""]
+    if issubclass(model, PackedMessage):
+        lines += ["Packed.", ""]
     if fields:
         lines += ["| field | is | default |", "|---|---|---|"]
         lines += [

@@ -1,7 +1,8 @@
 """Messages to bytes and back: one header, one body, one buffer per array.
 
 A frame is a list of byte strings `[header, body, array, ...]`. Header and body are msgpack; the
-body describes each array (field, dtype, shape) and the raw little-endian bytes follow in order.
+body describes each array (field, dtype, shape) and the raw little-endian bytes follow in order. A
+message that is packed has its fields as one byte string in the place of that description.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from protocol.errors import FrameError, MessageError, UnknownTypeError, VersionE
 from protocol.fields import ArrayField, is_name
 from protocol.fleet import FleetMessage
 from protocol.messages import EVERYONE, PROTOCOL_VERSION, Message
+from protocol.packing import PackedMessage
 from protocol.world_messages import WorldMessage
 
 MAX_PARTS = 8
@@ -101,6 +103,8 @@ def encode_header(header: Header) -> bytes:
 
 def encode_content(message: Message) -> list[bytes]:
     """Return the parts of a frame that follow its header: the same, whoever it is for."""
+    if isinstance(message, PackedMessage):
+        return [msgpack.packb({"~": message.packed()})]
     kind = KINDS[message.type]
     body = message.__pydantic_serializer__.to_python(message, include=kind.plain)
     buffers = []
@@ -175,7 +179,7 @@ def decode(frame: Sequence[bytes]) -> tuple[Header, Message]:
         raise FrameError("body is not a map")
     described = body.pop("~", [])
     try:
-        body.update(_arrays(described, frame[2:], kind.arrays))
+        body.update(_described(kind, described, frame[2:]))
         return header, kind.model.__pydantic_validator__.validate_python(body)
     except ValidationError as error:
         first = error.errors()[0]
@@ -201,6 +205,15 @@ def _unpack(data: bytes) -> object:
 def _is_count(value: object) -> bool:
     """Whether a value is a not negative integer of reasonable size."""
     return type(value) is int and 0 <= value < 2**53
+
+
+def _described(kind: _Kind, described: object, buffers: Sequence[bytes]) -> dict[str, object]:
+    """Return the fields of a message that are not in its body by name."""
+    if not issubclass(kind.model, PackedMessage):
+        return {**_arrays(described, buffers, kind.arrays)}
+    if not isinstance(described, bytes) or buffers:
+        raise ValueError("not packed")
+    return kind.model.unpacked(described)
 
 
 def _arrays(

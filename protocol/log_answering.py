@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from protocol.earlier_poses import own_poses_at
 from protocol.log_messages import (
     ENTRIES_IN_FRAME,
     LogWant,
@@ -43,6 +44,7 @@ class Answering:
         self.wanted: dict[str, dict[Key, float]] = {}
         self._log = log
         self._settings = settings
+        self._bases: dict[str, int] = {}  # the version of this robot's poses that a peer holds
         self._budget = 0.0  # [bytes]
         self._filled = 0.0  # when the budget was last filled up [s]
 
@@ -58,6 +60,8 @@ class Answering:
             log = self._log.of(author)
             if 0 < message.versions[index] <= log.version:
                 wanted.setdefault((author, 0), now)
+                if author == self._log.me:
+                    self._bases[peer] = message.bases[index] - 1 if message.bases else -1
             ranges = [(first, last) for i, first, last in message.ranges if i == index]
             for number in numbers_of(ranges, self._settings.request_entries):
                 if len(wanted) > 2 * self._settings.request_entries:
@@ -65,7 +69,7 @@ class Answering:
                 if number in log.entries:
                     wanted.setdefault((author, number), now)
         if not wanted:
-            del self.wanted[peer]
+            self.forget(peer)
         self._schedule(now)
 
     def overheard(self, author: Author, numbers: tuple[int, ...]) -> None:
@@ -75,6 +79,7 @@ class Answering:
     def forget(self, peer: str) -> None:
         """Give a peer no answer."""
         self.wanted.pop(peer, None)
+        self._bases.pop(peer, None)
 
     def answer(self, now: float) -> list[tuple[str, Observations | PoseSet]]:
         """Return what is told to whom now."""
@@ -117,7 +122,7 @@ class Answering:
         log, robot = self._log.of(author), self._log.me.robot
         message: Observations | PoseSet
         if number == 0:
-            message = pose_set(author, log.version, log.poses, robot)
+            message = self._poses(author, peer, several)
             size = FRAME_OVERHEAD + len(message.data)
             keys = [(author, 0)]
         else:
@@ -128,6 +133,17 @@ class Answering:
         self.wanted[peer] = self.wanted.pop(peer)  # the others' turn
         self._done(list(self.wanted) if several else [peer], keys)
         return EVERYONE if several else peer, message, size
+
+    def _poses(self, author: Author, peer: str, several: bool) -> PoseSet:
+        """Return the newest poses: one's own as differences, if all that ask hold the same."""
+        log = self._log.of(author)
+        before = None
+        if author == self._log.me:
+            asking = [p for p, wanted in self.wanted.items() if (author, 0) in wanted]
+            bases = [self._bases.get(p, -1) for p in (asking if several else [peer])]
+            if min(bases) == max(bases):
+                before = own_poses_at(self._log, bases[0], len(log.poses))
+        return pose_set(author, log.version, log.poses, self._log.me.robot, before)
 
     def _alike(
         self, peer: str, source: tuple[Author, int], several: bool, ripe: float
@@ -163,4 +179,4 @@ class Answering:
             for key in keys:
                 self.wanted[peer].pop(key, None)
             if not self.wanted[peer]:
-                del self.wanted[peer]
+                self.forget(peer)

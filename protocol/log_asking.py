@@ -228,5 +228,20 @@ class Asking:
             for first, last in ranges_of(sorted(n for a, n in keys if a == author and n))
         ]
         return LogWant(
-            **listing(authors), versions=versions, ranges=tuple(ranges[:RANGES_IN_FRAME])
+            **listing(authors),
+            versions=versions,
+            bases=tuple(self._base(author) for author in authors),
+            ranges=tuple(ranges[:RANGES_IN_FRAME]),
         )
+
+    def _base(self, author: Author) -> int:
+        """Return to what an author's poses may be told as differences.
+
+        That is tried once, and only if no entries lack, which the differences may speak of.
+        """
+        asked = self.asked.get((author, 0))
+        if asked is None or asked.attempts > 1 or (author, 0) in self._doubted:
+            return 0
+        if any(other == author and number for other, number in self.asked):
+            return 0
+        return 1 + self._log.of(author).version

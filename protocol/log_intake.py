@@ -10,6 +10,8 @@ Whose word counts:
 * Only a robot begins its lives: of a later life than it told nothing is taken from others while the
   robot is here. If it still tells the earlier one a while after, that was a fault; and what others
   told of it before the robot spoke is forgotten. Of its own lives a robot believes nobody.
+* A pose revision told as a difference to one that is not held, or to another one than its author
+  means, is as if it had not come: its checksum tells. Only the author tells differences.
 * A relayed pose revision is taken when its author is not here, or has told that version itself. If
   the author then goes on in an older one, the relayed one was forged: it is dropped.
 * Faults, one for each frame: parts that do not fit, poses out of reach, payloads or logs that are
@@ -26,6 +28,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from protocol.earlier_poses import poses_of_first
 from protocol.log_messages import Observations, PoseSet, entries_of
 from protocol.log_peers import Peers
 from protocol.log_settings import LogSyncSettings
@@ -98,21 +101,47 @@ class Intake:
             ValueError: what is wrong with the message; a fault of the peer.
         """
         author = Author(message.author or peer, message.life)
-        most = self._settings.author_entries_most
-        revision = PoseRevision(message.version, unpack_poses(message.data, message.count, most))
-        if not within_reach(revision.poses, self._settings.reach_m):
-            raise ValueError("impossible poses: out of reach")
+        revision = self._revision_of(author, peer, message)
         if author == self._log.me:
-            self.overtaken |= revision.version > self._log.own.version
+            self.overtaken |= message.version > self._log.own.version
             return []
         if not self.admits(author, peer, now, strict=True):
             return []
         first_hand = self._peers.known[peer].life == author.life and peer == author.robot
         if first_hand:
             self.hear_version(author, message.version, now)
-        elif self._peers.lives(author, now) and self._told_version(author) < revision.version:
+        elif self._peers.lives(author, now) and self._told_version(author) < message.version:
+            return []
+        if revision is None:
             return []
         return self._take_revision(author, revision, peer, first_hand, now)
+
+    def _revision_of(self, author: Author, peer: str, message: PoseSet) -> PoseRevision | None:
+        """Return the revision that a message tells; None if what it builds on is not held.
+
+        Raises:
+            ValueError: what is wrong with the message.
+        """
+        most, base = self._settings.author_entries_most, None
+        if message.count > most:
+            raise ValueError("too many poses")
+        if message.back:
+            if peer != author.robot or message.back > message.version:
+                raise ValueError("a difference of poses that its sender cannot tell")
+            log = self._log.of(author)
+            known = log.version == message.version - message.back
+            base = poses_of_first(log, log.poses, message.count) if known else None
+            if base is None:
+                return None
+        try:
+            poses = unpack_poses(message.data, message.count, most, base)
+        except ValueError:
+            if base is None:
+                raise
+            return None  # what is held is not what its author told
+        if not within_reach(poses, self._settings.reach_m):
+            raise ValueError("impossible poses: out of reach")
+        return PoseRevision(message.version, poses)
 
     def admits(self, author: Author, peer: str, now: float, strict: bool) -> bool:
         """Whether anything of an author is taken from a peer.

@@ -1,7 +1,7 @@
 """How robots tell each other what they observed, and find out what they lack.
 
-Field names are short: a frame of two observations has room for 300 bytes of them. Parts of a
-message that must fit each other are checked where they are read, see `entries_of`.
+They are packed: nearly all that a team puts on the air are these. Parts of a message that must fit
+each other are checked where they are read, see `entries_of`.
 """
 
 from __future__ import annotations
@@ -15,14 +15,23 @@ import numpy.typing as npt
 from pydantic import Field
 
 from protocol.fields import ArrayField, Name
-from protocol.messages import Message
+from protocol.log_packing import (
+    pack_listing,
+    pack_ranges,
+    pack_source,
+    unpack_listing,
+    unpack_ranges,
+    unpack_source,
+    unpack_table,
+)
 from protocol.observation_log import Author, Entry
+from protocol.packing import PackedMessage, Unpacker
 from protocol.pose_coding import PoseTable, pack_poses
 
 ENTRIES_IN_FRAME = 256
 RANGES_IN_FRAME = 256
 AUTHORS_IN_FRAME = 64
-DATA_IN_FRAME = 262_144
+DATA_IN_FRAME = 240_000
 
 Number = Annotated[int, Field(ge=1, le=2**31 - 1)]
 Tally = Annotated[int, Field(ge=0, le=2**31 - 1)]
@@ -36,7 +45,7 @@ NumberRanges = Annotated[
 ]
 
 
-class Observations(Message):
+class Observations(PackedMessage):
     """Entries of one author's log, all told in its pose revision `version`.
 
     The author is the robot `author`, or the sender where that is nothing, in its life `life`.
@@ -53,11 +62,34 @@ class Observations(Message):
     poses: Steps
     data: Data
 
+    def packed(self) -> bytes:
+        """Return all fields as bytes; numbers, sizes and poses as steps from entry to entry."""
+        packer = pack_source(self.author, self.life).number(self.version)
+        packer.number(len(self.numbers)).steps(self.numbers)
+        packer.number(len(self.sizes)).steps(self.sizes)
+        packer.number(len(self.poses))
+        for column in self.poses.T.tolist():
+            packer.steps(column)
+        return packer.raw(self.data.tobytes()).data()
 
-class PoseSet(Message):
+    @classmethod
+    def unpacked(cls, data: bytes) -> dict[str, object]:
+        """Return the fields that `packed` made these bytes of."""
+        unpacker = Unpacker(data)
+        fields = unpack_source(unpacker) | {"version": unpacker.number()}
+        fields["numbers"] = tuple(unpacker.steps(unpacker.count(ENTRIES_IN_FRAME)))
+        fields["sizes"] = tuple(unpacker.steps(unpacker.count(ENTRIES_IN_FRAME)))
+        count = unpacker.count(ENTRIES_IN_FRAME)
+        fields["poses"] = unpack_table(unpacker, count)
+        return fields | {"data": np.frombuffer(unpacker.rest(), dtype=np.uint8)}
+
+
+class PoseSet(PackedMessage):
     """New poses of an author's entries 1 to `count`, in place of all older ones.
 
-    `data` holds them packed, see `protocol.pose_coding`. The author as in `observations`.
+    `data` holds them packed, see `protocol.pose_coding`: as they are, or, where `back` is not 0, as
+    differences to what the author told before, its revision `version` - `back`. The author as in
+    `observations`.
     """
 
     type: Literal["pose_set"] = "pose_set"
@@ -65,10 +97,29 @@ class PoseSet(Message):
     life: Tally
     version: Number
     count: Tally
+    back: Tally = 0
     data: Data
 
+    def packed(self) -> bytes:
+        """Return all fields as bytes."""
+        packer = (
+            pack_source(self.author, self.life)
+            .number(self.version)
+            .number(self.count)
+            .number(self.back)
+        )
+        return packer.raw(self.data.tobytes()).data()
 
-class LogHave(Message):
+    @classmethod
+    def unpacked(cls, data: bytes) -> dict[str, object]:
+        """Return the fields that `packed` made these bytes of."""
+        unpacker = Unpacker(data)
+        fields = unpack_source(unpacker) | {"version": unpacker.number()}
+        fields |= {"count": unpacker.number(), "back": unpacker.number()}
+        return fields | {"data": np.frombuffer(unpacker.rest(), dtype=np.uint8)}
+
+
+class LogHave(PackedMessage):
     """What the sender holds of each author: robot `authors[i]` in its life `lives[i]`.
 
     It holds the entries 1 to `counts[i]`, and the ranges of `beyond` (index of the author, first,
@@ -84,19 +135,52 @@ class LogHave(Message):
     sums: Annotated[tuple[Checksum, ...], Field(max_length=AUTHORS_IN_FRAME)]
     beyond: NumberRanges = ()
 
+    def packed(self) -> bytes:
+        """Return all fields as bytes."""
+        packer = pack_listing(self.authors, self.lives, self.versions)
+        packer.numbers(self.counts).number(len(self.sums))
+        for checksum in self.sums:
+            packer.raw(checksum.to_bytes(4, "little"))
+        return pack_ranges(packer, self.beyond).data()
 
-class LogWant(Message):
+    @classmethod
+    def unpacked(cls, data: bytes) -> dict[str, object]:
+        """Return the fields that `packed` made these bytes of."""
+        unpacker = Unpacker(data)
+        fields = unpack_listing(unpacker, AUTHORS_IN_FRAME)
+        fields["counts"] = unpacker.numbers(AUTHORS_IN_FRAME)
+        sums = [unpacker.raw(4) for _ in range(unpacker.count(AUTHORS_IN_FRAME))]
+        fields["sums"] = tuple(int.from_bytes(each, "little") for each in sums)
+        return fields | {"beyond": unpack_ranges(unpacker, RANGES_IN_FRAME)}
+
+
+class LogWant(PackedMessage):
     """What the sender wants from the receiver.
 
     `ranges` are (index of the author, first, last); `versions[i]` is the pose revision wanted of
-    author i, or any newer one; 0 for none.
+    author i, or any newer one; 0 for none. It may be told as a difference to version `bases[i]` -
+    1, where that is not 0.
     """
 
     type: Literal["log_want"] = "log_want"
     authors: Authors
     lives: Tallies
     versions: Tallies
+    bases: Tallies = ()
     ranges: NumberRanges = ()
+
+    def packed(self) -> bytes:
+        """Return all fields as bytes."""
+        packer = pack_listing(self.authors, self.lives, self.versions)
+        return pack_ranges(packer.numbers(self.bases), self.ranges).data()
+
+    @classmethod
+    def unpacked(cls, data: bytes) -> dict[str, object]:
+        """Return the fields that `packed` made these bytes of."""
+        unpacker = Unpacker(data)
+        fields = unpack_listing(unpacker, AUTHORS_IN_FRAME)
+        fields["bases"] = unpacker.numbers(AUTHORS_IN_FRAME)
+        return fields | {"ranges": unpack_ranges(unpacker, RANGES_IN_FRAME)}
 
 
 LogMessage = Observations | PoseSet | LogHave | LogWant
@@ -125,14 +209,30 @@ def observations(
     )
 
 
-def pose_set(author: Author, version: int, poses: PoseTable, sender: str) -> PoseSet:
-    """Return the message that tells a pose revision; arguments as for `observations`."""
+def pose_set(
+    author: Author,
+    version: int,
+    poses: PoseTable,
+    sender: str,
+    before: tuple[int, PoseTable] | None = None,
+) -> PoseSet:
+    """Return the message that tells a pose revision.
+
+    Args:
+        author: whose it is.
+        version: its number.
+        poses: (n, 3) int32 of the entries 1 to n.
+        sender: who tells it; an author need not say its name.
+        before: an older version, and the poses (n, 3) of the same entries in it; so told are
+            differences only.
+    """
     return PoseSet(
         author=None if author.robot == sender else author.robot,
         life=author.life,
         version=version,
         count=len(poses),
-        data=pack_poses(poses),
+        back=version - before[0] if before else 0,
+        data=pack_poses(poses, before[1] if before else None),
     )
 
 
@@ -167,6 +267,8 @@ def authors_of(message: LogHave | LogWant) -> list[Author]:
     lengths = [len(message.authors), len(message.lives), len(message.versions)]
     if isinstance(message, LogHave):
         lengths += [len(message.counts), len(message.sums)]
+    elif message.bases:
+        lengths.append(len(message.bases))
     authors = [Author(*pair) for pair in zip(message.authors, message.lives, strict=False)]
     if min(lengths) != max(lengths) or len({*authors}) != len(authors):
         raise ValueError("parts that do not fit: authors and what is said of them")

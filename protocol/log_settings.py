@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from protocol.fields import Positive
+from protocol.fields import NotNegative, Positive
 
 Least1 = Annotated[int, Field(ge=1)]
 
@@ -15,7 +15,8 @@ class LogSyncSettings(BaseModel):
     """How robots keep their logs the same, and what they take from whom.
 
     Telling: new observations are collected for `batch_period_s` and broadcast in frames of about
-    `frame_bytes`. What a robot holds is broadcast every `announce_period_s` while something
+    `frame_bytes`; new poses, if one moved by `revision_large_m`, wait no longer than
+    `revision_delay_s`. What a robot holds is broadcast every `announce_period_s` while something
     changes, ever more rarely to `announce_period_max_s` when nothing does, and at once when a peer
     is heard that was away: not heard for `away_s`.
 
@@ -36,6 +37,8 @@ class LogSyncSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     batch_period_s: Positive = 2.0
+    revision_delay_s: NotNegative = 0.2
+    revision_large_m: NotNegative = 0.05
     frame_bytes: Annotated[int, Field(ge=256, le=60_000)] = 4000
     announce_period_s: Positive = 5.0
     announce_period_max_s: Positive = 40.0

@@ -83,7 +83,7 @@ class LogSync:
         self._announcing = Announcing(
             settings.announce_period_s, settings.announce_period_max_s, rng, now
         )
-        self._telling = Telling(log, settings)
+        self.telling = Telling(log, settings)
         self._differing: dict[Author, None] = {}
         # What was held when the last two intervals of announcing ended, as in `_held`.
         self._before: list[dict[Author, tuple[int, int]]] = [{}, {}]
@@ -104,11 +104,11 @@ class LogSync:
             raise ValueError(f"a payload of {len(payload)} bytes is too large")
         number = self.log.append(payload, pose)
         self._announcing.change(now)
-        self._telling.news(now)
+        self.telling.news(now)
         return number
 
     def revise(self, poses: PoseTable, now: float) -> None:
-        """Replace all poses (n, 3) of one's own entries. They are told with the next batch.
+        """Replace all poses (n, 3) of one's own entries. They are told soon.
 
         Raises:
             ValueError: not one pose for each entry, or one farther out than anybody would take.
@@ -116,7 +116,7 @@ class LogSync:
         self._check_reach(poses)
         self.log.revise(poses)
         self._announcing.change(now)
-        self._telling.news(now)
+        self.telling.revised(now)
 
     def handle(self, peer: str, message: LogMessage, now: float) -> list[Outgoing]:
         """Take a peer's message; return what is to be sent at once."""
@@ -155,8 +155,8 @@ class LogSync:
     def tick(self, now: float) -> list[Outgoing]:
         """Return what is due to be sent at mission time `now` [s]."""
         sent: list[Outgoing] = []
-        if self._telling.due is not None and now >= self._telling.due:
-            sent += [Outgoing(EVERYONE, message) for message in self._telling.tell()]
+        if self.telling.due is not None and now >= self.telling.due:
+            sent += [Outgoing(EVERYONE, message) for message in self.telling.tell()]
         if self.asking.due is not None and now >= self.asking.due:
             sent += [Outgoing(*request) for request in self.asking.ask(now)]
         if self.answering.due is not None and now >= self.answering.due:
@@ -166,14 +166,14 @@ class LogSync:
                 self._announcing.change(now)
             self._before = [self._before[1], {a: self._held(a) for a in self.log.authors()}]
             if self._announcing.speak(now):
-                if self._telling.version < self.log.own.version:  # checksums are of the newest
-                    sent += [Outgoing(EVERYONE, message) for message in self._telling.tell()]
+                if self.telling.version < self.log.own.version:  # checksums are of the newest
+                    sent += [Outgoing(EVERYONE, message) for message in self.telling.tell()]
                 sent.append(Outgoing(EVERYONE, self._announcement()))
         return sent
 
     def next_deadline(self) -> float:
         """Return the mission time [s] at which `tick` is due next."""
-        due = (self._telling.due, self.asking.due, self.answering.due, self._announcing.due)
+        due = (self.telling.due, self.asking.due, self.answering.due, self._announcing.due)
         return min(at for at in due if at is not None)
 
     def take_notes(self) -> list[Note]:
@@ -194,7 +194,7 @@ class LogSync:
         versions = [log.version for log in logs]
         mine = authors.index(self.log.me)
         # What waits for the next batch must not look as if it was lost.
-        counts[mine], versions[mine] = self._telling.count, self._telling.version
+        counts[mine], versions[mine] = self.telling.count, self.telling.version
         beyond = [(i, *held) for i, log in enumerate(logs) for held in log.beyond()]
         return LogHave(
             **listing(authors),
@@ -218,8 +218,12 @@ class LogSync:
         author = Author(message.author or peer, message.life)
         before = self.log.of(author).version
         self._blame(self.intake.revision(peer, message, now), now)
-        self._heard(peer, author, (0,), now)
-        if self.log.of(author).version > before:
+        version = self.log.of(author).version
+        if not message.back:
+            self._heard(peer, author, (0,), now)
+        elif version >= message.version:  # others may not have been able to read it
+            self.asking.arrived(author, (0,), peer, now)
+        if version > before:
             self._announcing.change(now)
 
     def _blame(self, faults: list[tuple[str, str]], now: float) -> None:
@@ -269,13 +273,13 @@ class LogSync:
             news = claim.top < top or claim.version < version
             known = heard or author == self.log.me
             covers &= not news and (known or claim.count >= top)
-            lacks |= news and (author != self.log.me or self._telling.due is None)
+            lacks |= news and (author != self.log.me or self.telling.due is None)
         return covers, lacks
 
     def _held(self, author: Author) -> tuple[int, int]:
         """Return the highest number and version held of an author, as far as it was told."""
         if author == self.log.me:
-            return self._telling.count, self._telling.version
+            return self.telling.count, self.telling.version
         log = self.log.of(author)
         return log.top, log.version
 

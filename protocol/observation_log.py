@@ -6,9 +6,6 @@ newer poses of the entries 1 to m, and the newest revision replaces all older on
 m has its own pose. So the map is a function of the entries and the newest revisions: members that
 hold the same hold the same map, in whatever order, how often and by whom they were told.
 
-An author is a robot in one of its lives: a robot that lost its log begins a new life with entry 1;
-one that kept it goes on in the same life.
-
 An entry that was told in an older revision than the newest but lies beyond its m cannot be, if the
 author keeps the rules. It is held all the same, with its own pose: refusing it would make the map
 depend on the order of arrival.
@@ -30,11 +27,12 @@ import numpy as np
 from protocol.number_ranges import Range, ranges_of
 from protocol.pose_coding import PoseSteps, PoseTable
 
+_PAST_MOST = 32
 Verdict = Literal["new", "same", "different"]
 
 
 class Author(NamedTuple):
-    """A robot in one of its lives."""
+    """A robot in one of its lives: one that lost its log begins a new life with entry 1."""
 
     robot: str
     life: int
@@ -134,8 +132,8 @@ class AuthorLog:
 
     def pose(self, number: int) -> PoseSteps:
         """Return where an entry that is held was made, by the newest poses held, map frame."""
-        if self.revision and number <= len(self.revision.poses):
-            x, y, theta = self.revision.poses[number - 1].tolist()
+        if number <= len(self.poses):
+            x, y, theta = self.poses[number - 1].tolist()
             return x, y, theta
         return self.entries[number].what.pose
 
@@ -195,11 +193,15 @@ class ObservationLog:
     Args:
         robot: this robot's name.
         life: which life of it this is.
+
+    Attributes:
+        past: the last of this robot's own revisions before the newest, by version.
     """
 
     def __init__(self, robot: str, life: int = 0) -> None:
         self.me = Author(robot, life)
         self.logs: dict[Author, AuthorLog] = {self.me: AuthorLog()}
+        self.past: dict[int, PoseTable] = {}
         self._news = _News()
 
     @property
@@ -231,6 +233,8 @@ class ObservationLog:
             raise ValueError(f"poses of shape {poses.shape} for {self.own.count} entries")
         held = np.array(poses, dtype=np.int32)
         held.flags.writeable = False
+        self.past[self.own.version] = self.own.poses
+        self.past.pop(self.own.version - _PAST_MOST, None)
         revision = PoseRevision(self.own.version + 1, held)
         self.put_revision(self.me, revision, self.me.robot)
         return revision
@@ -268,12 +272,8 @@ class ObservationLog:
         no order. What is forgotten goes first: it may have come back since.
         """
         news, self._news = self._news, _News()
-        return Changes(
-            tuple(news.entries),
-            tuple(news.replaced),
-            tuple(news.repositioned),
-            tuple(news.forgotten),
-        )
+        entries, replaced = tuple(news.entries), tuple(news.replaced)
+        return Changes(entries, replaced, tuple(news.repositioned), tuple(news.forgotten))
 
     def digest(self, authors: Sequence[Author] | None = None) -> str:
         """Return the SHA-256 of the map: entries with their newest poses, hexadecimal.

@@ -6,19 +6,19 @@ What was rounded once is the same number at every member, so maps drawn from it 
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
-import zstandard
 
 from mapping.geometry import Pose2, wrap_angle
+from mapping.integer_coding import decode_integers, encode_integers
 
 STEPS_PER_METRE = 1000.0
 STEPS_PER_RADIAN = 10_000.0
 LARGEST_TURN = 31_416  # pi in steps, rounded up
-# Level 3 is 2 % smaller than 1 on poses of a drive; higher levels gain nothing.
-COMPRESSION_LEVEL = 3
+_CHECKSUM_BYTES = 4
 
 PoseSteps = tuple[int, int, int]
 PoseTable = npt.NDArray[np.int32]
@@ -45,48 +45,48 @@ def within_reach(table: PoseTable, reach: float) -> bool:
     return bool(max(most[0], most[1]) <= limit and most[2] <= LARGEST_TURN)
 
 
-def pack_poses(table: PoseTable) -> npt.NDArray[np.uint8]:
+def pack_poses(table: PoseTable, base: PoseTable | None = None) -> npt.NDArray[np.uint8]:
     """Return the wire bytes (k,) uint8 of poses (n, 3) int32 in steps.
 
-    Neighbours are close, so differences are told; their low bytes first, then the next, which are
-    nearly all the same and compress to nothing.
+    Told is by how much each is off its base, as the difference to the row before: a drive goes on,
+    and what moves, moves with its neighbours. A checksum of the poses goes first.
+
+    Args:
+        table: the poses.
+        base: (n, 3) int32 where the receiver has them now; zeros by default.
     """
-    before = np.zeros((1, 3), dtype=np.int32)
-    steps: PoseTable = np.diff(np.concatenate((before, table)), axis=0).astype(np.int32)
-    zigzag = ((steps << 1) ^ (steps >> 31)).astype("<i4")
-    planes = np.ascontiguousarray(zigzag.T).view(np.uint8).reshape(-1, 4).T
-    raw = np.ascontiguousarray(planes).tobytes()
-    compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
-    return np.frombuffer(compressor.compress(raw), dtype=np.uint8)
+    off = table.astype(np.int64) - (0 if base is None else base)
+    # Differences wrap around; their sums do, too.
+    steps = np.diff(np.concatenate((np.zeros((1, 3), np.int64), off)), axis=0).astype(np.int32)
+    return np.concatenate((_checksum(table), encode_integers(steps)))
 
 
-def unpack_poses(packed: npt.NDArray[np.uint8], count: int, most: int) -> PoseTable:
+def unpack_poses(
+    packed: npt.NDArray[np.uint8], count: int, most: int, base: PoseTable | None = None
+) -> PoseTable:
     """Return the poses (count, 3) int32, read-only, that `packed` holds.
 
     Args:
         packed: (k,) uint8, from `pack_poses`, possibly damaged or forged on its way.
         count: number of poses that was announced.
         most: no more poses than that are accepted; no more memory is ever allocated.
+        base: (count, 3) int32, the same that they were packed with.
 
     Raises:
-        ValueError: the bytes do not hold exactly that many poses.
+        ValueError: the bytes do not hold exactly these poses, or the base is another one.
     """
     if not 0 <= count <= most:
         raise ValueError(f"too many poses: {count} of them, at most {most} are accepted")
-    data = np.ascontiguousarray(packed).tobytes()
-    try:
-        if zstandard.frame_content_size(data) != 12 * count:
-            raise ValueError(f"poses cannot be unpacked: not {count} of them")
-        raw = zstandard.ZstdDecompressor().decompress(
-            data, max_output_size=12 * count, allow_extra_data=False
-        )
-    except zstandard.ZstdError as error:
-        raise ValueError(f"poses cannot be unpacked: {error}") from None
-    if len(raw) != 12 * count:
-        raise ValueError(f"poses cannot be unpacked: {len(raw)} bytes, want {12 * count}")
-    planes = np.frombuffer(raw, dtype=np.uint8).reshape(4, -1)
-    zigzag = np.ascontiguousarray(planes.T).view("<u4").reshape(3, count).T.astype(np.int64)
-    # Sums wrap around as the differences did.
-    poses: PoseTable = np.cumsum((zigzag >> 1) ^ -(zigzag & 1), axis=0).astype(np.int32)
+    steps = decode_integers(np.ascontiguousarray(packed[_CHECKSUM_BYTES:]), count, 3)
+    off = np.cumsum(steps.astype(np.int64), axis=0)
+    poses: PoseTable = (off + (0 if base is None else base)).astype(np.int32)
+    if not np.array_equal(_checksum(poses), packed[:_CHECKSUM_BYTES]):
+        raise ValueError(f"poses cannot be unpacked: not {count} of them, or on another base")
     poses.flags.writeable = False
     return poses
+
+
+def _checksum(table: PoseTable) -> npt.NDArray[np.uint8]:
+    """Return the CRC-32 of poses and their number, (4,) uint8."""
+    summed = zlib.crc32(table.astype("<i4").tobytes(), len(table))
+    return np.frombuffer(summed.to_bytes(_CHECKSUM_BYTES, "little"), dtype=np.uint8)

@@ -24,10 +24,12 @@ from expedition.experiments.experiment import (
 from expedition.experiments.map_updates import MapUpdate, map_updates
 from expedition.experiments.missions import Mission, run_mission
 from expedition.experiments.plots import new_panels, save_figure
+from expedition.experiments.scan_entropy import scan_bytes
 from expedition.experiments.update_sizes import METHODS, UpdateSizes, update_sizes
 from expedition.experiments.vote_counts import CellValue
 from expedition.results.colours import ROBOTS
 from expedition.results.record import load_record
+from expedition.team import load_team
 
 NAME = "rescue-bandwidth"
 TEAM, WORLD, ROBOTS_OF_TEAM, TEAM_RUNS = "rescue", "office_rescue", 3, 2
@@ -84,6 +86,7 @@ def _measured(mission: Mission) -> BandwidthSet:
     updates = map_updates(record.observations, record.repositionings)
     sizes = update_sizes(updates, RESOLUTION)
     row = row_of(summary, sizes, record.aired) | other_meanings(updates)
+    row |= scan_bytes(record.observations, load_team(TEAM, mission.overrides).body.lidar.noise_m)
     return BandwidthSet(row, sizes)
 
 
@@ -113,10 +116,10 @@ def row_of(
 
     Returns:
         `cell_list` to `pose_graph`: by the paper's formulas [bytes]; `wire`: what the team aired
-        to tell of its map [bytes], frames and repetitions and all; `beacons`: to tell where each
-        robot is [bytes]; `observations`: how many were told, and `discarded`, how many were not
-        worth telling; `changed_of_box`: what share of the cells in bounding boxes changed (the
-        paper: 0.12, 0.28 and 0.19).
+        to tell of its map [bytes], frames and repetitions and all, `wire_each` of it for each
+        observation; `beacons`: to tell where each robot is [bytes]; `observations`: how many were
+        told, and `discarded`, how many were not worth telling; `changed_of_box`: what share of the
+        cells in bounding boxes changed (the paper: 0.12, 0.28 and 0.19).
     """
     totals = sizes.totals
     return {
@@ -129,6 +132,7 @@ def row_of(
         "improvement": _ratio(totals["best_grid"], totals["pose_graph"]),
         "wire": aired_bytes(aired, MAP_TYPES),
         "beacons": aired_bytes(aired, (BEACON,)),
+        "wire_each": _ratio(aired_bytes(aired, MAP_TYPES), sizes.observations),
         "observations": sizes.observations,
         "discarded": sizes.discarded,
         "changed_of_box": _ratio(sizes.changed, sizes.boxed),

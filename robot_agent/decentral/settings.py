@@ -49,7 +49,7 @@ class PeerSettings(_Settings):
     log: LogSyncSettings = LogSyncSettings()
     decision: DecisionSettings = DecisionSettings()
     error_bound_m: Annotated[float, Field(ge=0.0005, le=0.5)] = 0.01
-    beacon_period_s: Positive = 0.5
+    beacon_period_s: Positive = 0.8
     beacon_rest_s: Positive = 2.0
     beacon_points: Annotated[int, Field(ge=0, le=64)] = 12
     repose_m: Positive = 0.02

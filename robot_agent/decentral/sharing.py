@@ -13,7 +13,7 @@ from mapping.scan_coding import ScanCodingSettings
 from mapping.shared_map import SharedMap
 from protocol.effects import Effect, Send
 from protocol.held_log import HeldLog
-from protocol.log_messages import LogMessage
+from protocol.log_messages import LogMessage, PoseSet
 from protocol.log_sync import LogSync
 from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
@@ -67,6 +67,7 @@ class Sharing:
         self._rows: list[int] = []  # which report each entry of this start was, from 0
         self._updated: Pose2 | None = None
         self._next_repose = 0.0
+        self._noted = sync.telling.version
         self._mapping: LocalMapping | None = None
         self._kept = own_table(sync)
 
@@ -157,6 +158,8 @@ class Sharing:
         if self.sync.next_deadline() > now:
             return []
         sent = self.sync.tick(now)
+        if any(isinstance(out.message, PoseSet) for out in sent):
+            self._note_told(now)
         return [*(Send("radio", out.to, out.message) for out in sent), *self.sync.take_notes()]
 
     def delta_due(self, now: float) -> MapDelta | None:
@@ -218,7 +221,13 @@ class Sharing:
         told = own_table(self.sync)
         if moved(told, table, settings.repose_m, math.radians(settings.repose_deg)):
             self.sync.revise(table, now)
-            poses = np.array([pose_of(row).as_tuple() for row in table.tolist()])
+
+    def _note_told(self, now: float) -> None:
+        """Note the robot's own poses if they were told anew: some are better before that."""
+        own = self.sync.log.own
+        if self.sync.telling.version == own.version > self._noted:
+            self._noted = own.version
+            poses = np.array([pose_of(row).as_tuple() for row in own.poses.tolist()])
             self.repositionings.append(
                 {"t_s": now, "robot": self.sync.log.me.robot, "poses": poses}
             )

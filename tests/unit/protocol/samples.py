@@ -17,6 +17,7 @@ from mapping.geometry import Pose2
 from protocol import log_messages as logs
 from protocol import messages as words
 from protocol import operator_messages as asks
+from protocol import peer_messages as peers
 from protocol import world_messages as body
 from protocol.body import Body, Drive, Lidar
 from protocol.codec import KINDS, Header
@@ -137,7 +138,21 @@ def examples() -> dict[str, Message]:
             beyond=((1, 9, 12),),
         ),
         logs.LogWant(
-            authors=("robot1", "robot2"), lives=(0, 1), versions=(0, 3), ranges=((1, 8, 8),)
+            authors=("robot1", "robot2"),
+            lives=(0, 1),
+            versions=(0, 3),
+            bases=(0, 3),
+            ranges=((1, 8, 8),),
+        ),
+        peers.Beacon(
+            life=1,
+            T_map_base=POSE,
+            sigma_m=0.05,
+            radius_m=0.25,
+            speed_m_s=0.5,
+            busy=True,
+            held=4_000_000_000,
+            path_map=f32(1.5, -2.25, 1.75, -2.5).reshape(2, 2),
         ),
         body.Join(role="robot", incarnation=1),
         body.Joined(lockstep=True, now_s=0.0, step_s=0.1, body=a_body, start=POSE),

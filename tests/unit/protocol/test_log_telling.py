@@ -28,7 +28,7 @@ def test_a_full_frame_does_not_wait() -> None:
     log = ObservationLog("ann")
     telling = Telling(log, LogSyncSettings(frame_bytes=1000))
     for _ in range(5):
-        log.append(bytes(170), (1, 2, 3))
+        log.append(bytes(185), (1, 2, 3))
         telling.news(5.0)
     assert telling.due == 5.0
     telling.tell()
