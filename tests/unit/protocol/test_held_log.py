@@ -35,9 +35,7 @@ def test_the_newest_poses_count_but_where_it_was_told_first_is_remembered() -> N
     assert held.poses(("ann", 0)) == {1: Pose2(1.5, -0.5, 1.0)}
 
 
-STEPS = st.lists(
-    st.tuples(st.sampled_from([ANN, BOB]), st.integers(1, 5)), unique=True, max_size=8
-)
+STEPS = st.lists(st.tuples(st.sampled_from([ANN, BOB]), st.integers(1, 5)), unique=True, max_size=8)
 
 
 @given(STEPS, st.randoms())
@@ -62,4 +60,6 @@ def test_the_checksum_hangs_on_what_is_held_and_on_nothing_else(
 
 
 def test_who_holds_nothing_has_the_checksum_of_nothing() -> None:
-    assert HeldLog(ObservationLog("me")).checksum() == HeldLog(ObservationLog("you")).checksum() == 0
+    assert (
+        HeldLog(ObservationLog("me")).checksum() == HeldLog(ObservationLog("you")).checksum() == 0
+    )
