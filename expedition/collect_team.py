@@ -27,8 +27,9 @@ def listener_part(listener: Listener) -> dict[str, Any]:
     """Return what a server that listens knows of a mission."""
     listener.follow(listener.now)
     part = team_part(listener.shared, listener.settings.map)
+    heard = listener.crew.heard_within(listener.settings.silence_s, listener.now)
     for name, robot in part["robots"].items():
-        robot["ended"] = "finished" if name in listener.crew.beacons else "lost"
+        robot["ended"] = "finished" if name in heard else "lost"
     return {
         **part,
         "ended": listener.ended or "failed",
@@ -37,9 +38,9 @@ def listener_part(listener: Listener) -> dict[str, Any]:
     }
 
 
-def candidate_part(peer: Peer, settings: MapSettings, now: float) -> dict[str, Any]:
+def candidate_part(peer: Peer, settings: MapSettings) -> dict[str, Any]:
     """Return what a robot knows of the whole team, for a mission that no server saw."""
-    peer.sharing.follow(now)
+    peer.sharing.follow(peer.now)
     part = team_part(peer.sharing.shared, settings)
     grid = part["grid"]
     if grid is not None:
@@ -48,14 +49,15 @@ def candidate_part(peer: Peer, settings: MapSettings, now: float) -> dict[str, A
     return part
 
 
-def peer_part(peer: Peer, now: float) -> dict[str, Any]:
+def peer_part(peer: Peer) -> dict[str, Any]:
     """Return what a robot that decides for itself knows of itself."""
-    peer.sharing.follow(now)
+    peer.sharing.follow(peer.now)
     grid = peer.sharing.shared.team.grid()
     robot: dict[str, Any] = {
-        "ended": "finished" if peer.choosing.through else "running",
         "map_digest": map_digest(quantise(grid.log_odds), grid.geometry) or None,
     }
+    if peer.choosing.through:  # else the server or the world say how it ended
+        robot["ended"] = "finished"
     track = peer.sharing.track()
     if len(track) and peer.life == 0:  # else what it told in its lives so far is more
         robot["track_map"] = track
@@ -64,7 +66,7 @@ def peer_part(peer: Peer, now: float) -> dict[str, Any]:
         "repositionings": peer.sharing.repositionings,
         "events": [
             {
-                "t_s": now,
+                "t_s": peer.now,
                 "event": "faults of a peer",
                 "peer": name,
                 "reason": reason,

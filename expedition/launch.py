@@ -153,7 +153,7 @@ def _run_here(team: TeamSettings, stage: cast.Stage, parts: Path, watch: Watch) 
             if isinstance(host.core, Master | Listener):
                 save_server(parts, host.core, world.core.now)
             elif world.core.robots[name].connected:
-                save_robot(parts, host.core, team, world.core.now)
+                save_robot(parts, host.core, team)
     return "operator" if why == "broken off" else None
 
 

@@ -152,7 +152,7 @@ def save_server(parts: Path, core: Master | Listener, now: float, last: bool = T
         save_record_part(parts, "2-server", collect.server_part(core, now, last))
 
 
-def save_robot(parts: Path, core: Core, team: TeamSettings, now: float) -> None:
+def save_robot(parts: Path, core: Core, team: TeamSettings) -> None:
     """Save what a robot knows, if it knows more than a server does.
 
     Where there is no server, each robot also leaves what it knows of the team; `choose_witness`
@@ -160,9 +160,9 @@ def save_robot(parts: Path, core: Core, team: TeamSettings, now: float) -> None:
     """
     if not isinstance(core, Peer):
         return
-    save_record_part(parts, f"3-{core.name}", collect_team.peer_part(core, now))
+    save_record_part(parts, f"3-{core.name}", collect_team.peer_part(core))
     if not team.server.enabled:
-        part = collect_team.candidate_part(core, team.server.map, now)
+        part = collect_team.candidate_part(core, team.server.map)
         save_record_part(parts / WITNESSES, f"{len(core.sharing.shared.team):07}-{core.name}", part)
 
 
@@ -201,7 +201,7 @@ def live_as(team: TeamSettings, name: str, parts: Path | None, world: str, ties:
         return uvloop.run(run_agent(host, world, ties.note, ties.keep_going, patience))
     finally:
         if parts is not None:
-            save_robot(parts, host.core, team, 0.0)
+            save_robot(parts, host.core, team)
             (parts / f"{name}.done").touch()
 
 

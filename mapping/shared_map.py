@@ -106,19 +106,25 @@ class SharedMap:
     ) -> list[tuple[tuple[Author, int], str]]:
         """Follow what has changed in the copy; return the new entries that cannot be read, and why.
 
+        A scan beyond the edge of the largest map can be read: all leave it out, and nobody is to
+        blame.
+
         Args:
             held: the copy.
-            entries: that are new.
+            entries: that are new, or hold something else than they did.
             repositioned: authors whose entries were told other places.
             forgotten: authors that are not there any more; this goes first.
         """
         for author in forgotten:
             self._forget(author)
-        bad, moved = [], dict.fromkeys(repositioned)
+        bad, moved, changed = [], dict.fromkeys(repositioned), list(entries)
         poses = {
-            author: held.poses(author) for author in {**moved, **{a: None for a, _ in entries}}
+            author: held.poses(author) for author in {**moved, **{a: None for a, _ in changed}}
         }
-        for author, number in entries:
+        replaced = [key for key in changed if key in self.told]
+        for author in dict.fromkeys(author for author, _ in replaced):
+            self._withdraw(author, [n for a, n in replaced if a == author], poses[author])
+        for author, number in changed:
             self.told[author, number] = held.told_at(author, number)
             reason = self._observe(author, number, held.payload(author, number), poses[author])
             if reason is not None:
@@ -151,8 +157,21 @@ class SharedMap:
             self.unreadable[author, number] = str(error)
             return str(error)
         self.observations[author, number] = observation
-        on_map = self.team.observe(author, number, observation.scan, poses[number])
-        return None if on_map else "a scan beyond the edge of the largest map"
+        self.team.observe(author, number, observation.scan, poses[number])
+        return None
+
+    def _withdraw(self, author: Author, numbers: list[int], poses: Mapping[int, Pose2]) -> None:
+        """Take some entries of an author off the map again: what they held was wrong.
+
+        That is rare, so the author's layer is simply made anew.
+        """
+        for number in numbers:
+            self.observations.pop((author, number), None)
+            self.unreadable.pop((author, number), None)
+        self.team.forget(author)
+        for (name, number), seen in self.observations.items():
+            if name == author:
+                self.team.observe(author, number, seen.scan, poses[number])
 
     def _forget(self, author: Author) -> None:
         """Take an author out of the map."""

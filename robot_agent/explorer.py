@@ -99,6 +99,8 @@ class Explorer:
         Returns:
             Infinite for places it has no way to.
         """
+        self._follow_map()  # it may have changed, and grown, since the last bid
+        self._blocks.refresh()
         ways = Ways(self._map, T_map_base, self._body.radius_m, self._blocks.weights)
         stands = ways.stands(self._map.geometry.cells_at(places_map), self._body.radius_m)
         reached = stands[:, 0] >= 0

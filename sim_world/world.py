@@ -170,17 +170,22 @@ class World:
         """Take a robot's word on the map, or that the mission is over for it."""
         assert self._witnesses is not None
         if isinstance(message, Finished):
-            self._witnesses.through.add(name)
-            present = [name for name, robot in self.robots.items() if robot.connected]
-            if self._witnesses.through.issuperset(present):
-                return self._end(message.ended, message.reason)
-            return []
+            self._witnesses.finished(name, message)
+            return self._end_if_over()
         truth = {name: robot.motion.T_world_base for name, robot in self.robots.items()}
         try:
             self._witnesses.hear(name, message, truth)
         except ValueError as error:
             return list(self._dropped.enter("a word to the judge", name, str(error)))
         return []
+
+    def _present(self) -> list[str]:
+        return [name for name, robot in self.robots.items() if robot.connected]
+
+    def _end_if_over(self) -> list[Effect]:
+        """End the mission if it is over for all robots that are there."""
+        word = self._witnesses.over(self._present()) if self._witnesses else None
+        return self._end(word.ended, word.reason) if word else []
 
     def _joined(self, name: str, now: float) -> Joined:
         """Switch a robot's body on, or greet the server."""
@@ -189,6 +194,8 @@ class World:
         if robot is None:
             return Joined(**common)
         robot.connected = True
+        if self._witnesses is not None:
+            self._witnesses.joined(name)
         robot.T_wheel_base = IDENTITY
         robot.next_sweep = now
         perturbed = self._settings.perturb_starts
@@ -304,6 +311,8 @@ class World:
             if kind in ("kill", "restart"):
                 self.robots[name].connected = False
                 self.relay.switch_off(name)
+                if kind == "restart" and self._witnesses is not None:
+                    self._witnesses.restarting(name)
             effects.append(Strike(name, kind))
         return effects
 
@@ -318,7 +327,7 @@ class World:
         if self._witnesses is not None:
             if enough:
                 return self._end("coverage", f"coverage {covered:.3f}")
-            return self._witnesses.ask([n for n, robot in self.robots.items() if robot.connected])
+            return [*self._witnesses.ask(self._present()), *self._end_if_over()]
         if not enough or self._stop_sent:
             return []
         self._stop_sent = True

@@ -71,9 +71,10 @@ class Choosing:
         """
         if self.through:
             return None
-        if self.due is not None and now >= self.due - _EPSILON and not self.busy:
+        if self.due is not None and now >= self.due - _EPSILON:
             self.due = self._decision.next_awake(now)
-            award = self._again(now)
+            # One that is at something decides anew when that ends.
+            award = None if self.busy else self._again(now)
             if award is not None:
                 return award
         since = self._decision.idle_since

@@ -37,6 +37,9 @@ class Peer:
         strategy: ranks the places it could go to.
         sharing: its copy of the team's observations.
         life: which start of the robot's software this is.
+
+    Attributes:
+        now: mission time as of its last event [s].
     """
 
     def __init__(
@@ -49,6 +52,7 @@ class Peer:
     ) -> None:
         self.agent = agent
         self.life = life
+        self.now = 0.0
         self.name = agent.name
         self.sharing = sharing
         self.choosing = Choosing(agent, strategy, settings.decision)
@@ -72,6 +76,7 @@ class Peer:
 
     def handle(self, event: Event, now: float) -> list[Effect]:
         """Take a body frame, a question of the world's, or a teammate's word."""
+        self.now = now
         if isinstance(event, Rejected) and event.channel == "radio":
             return self.sharing.fault(event.source, event.reason, now)
         if not isinstance(event, Received):
@@ -87,6 +92,7 @@ class Peer:
 
     def tick(self, now: float) -> list[Effect]:
         """Do what is due: share, draw, decide."""
+        self.now = now
         effects: list[Effect] = []
         deadline = self.agent.next_deadline()
         if deadline is not None and deadline <= now:

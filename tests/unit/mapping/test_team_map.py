@@ -67,6 +67,7 @@ STEPS = st.lists(
         st.tuples(st.just("observe"), KEYS),
         st.tuples(st.just("observe"), KEYS),
         st.tuples(st.just("place"), st.tuples(st.integers(0, 2), POSES)),
+        st.tuples(st.just("forget"), st.integers(0, 2)),
         st.just(("ask", None)),
     ),
     max_size=20,
@@ -86,6 +87,10 @@ def test_the_map_is_that_of_its_scans_and_poses_however_it_came_about(steps, sna
         elif what == "place":
             author, poses[author] = value
             assert grown.place(AUTHORS[author], poses[author]) == []
+        elif what == "forget":
+            grown.forget(AUTHORS[value])
+            held = {key: None for key in held if key[0] != value}
+            poses[value] = {}
         else:
             grown.grid()
     fresh = from_scratch(held, poses)
@@ -129,6 +134,8 @@ def test_changes_tell_of_every_cell_that_changed(steps):
             team.observe(AUTHORS[value[0]], value[1], SCANS[value], told(*value))
         elif what == "place":
             team.place(AUTHORS[value[0]], value[1])
+        elif what == "forget":
+            team.forget(AUTHORS[value])
         box, grid = team.take_changes(), team.grid()
         if before.geometry.shape != (1, 1):
             before.log_odds = before.geometry.padding_to(grid.geometry).pad(before.log_odds, 0.0)

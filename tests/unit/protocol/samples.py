@@ -23,6 +23,7 @@ from protocol.body import Body, Drive, Lidar
 from protocol.codec import KINDS, Header
 from protocol.fields import ArrayField
 from protocol.messages import Message
+from protocol.peer_messages import Beacon
 
 POSE = Pose2(1.5, -2.25, 0.5)
 
@@ -153,6 +154,16 @@ def examples() -> dict[str, Message]:
             busy=True,
             held=4_000_000_000,
             path_map=f32(1.5, -2.25, 1.75, -2.5).reshape(2, 2),
+        ),
+        Beacon(
+            life=1,
+            T_map_base=POSE,
+            sigma_m=0.125,
+            radius_m=0.25,
+            speed_m_s=0.5,
+            busy=True,
+            held=4_000_000_000,
+            path_map=f32(1.0, 2.0, 3.0, 4.0).reshape(2, 2),
         ),
         body.Join(role="robot", incarnation=1),
         body.Joined(lockstep=True, now_s=0.0, step_s=0.1, body=a_body, start=POSE),

@@ -72,6 +72,25 @@ def test_nobody_speaks_in_anothers_name_but_the_world_which_forwards(raw: frozen
     assert kinds == [Rejected, Passing if raw else Received]
 
 
+@pytest.mark.parametrize(
+    ("frame", "blamed"),
+    [
+        ([encode(header_of(PAUSE, source="robot2"), PAUSE)[0], b"not msgpack"], "robot2"),
+        ([b"rubbish", b""], "world"),
+    ],
+)
+def test_behind_the_relay_the_one_that_a_refused_frame_names_is_to_blame(
+    frame: list[bytes], blamed: str
+) -> None:
+    core = Scripted()
+    host = host_of("robot1", core)
+    host.advance([Parcel("radio", "world", frame)], 0.0)
+    ((_, event),) = core.events
+    assert isinstance(event, Rejected)
+    assert (event.channel, event.source) == ("radio", blamed)
+    assert [peer for peer, _ in host.rejected] == ["world"]
+
+
 def test_the_core_is_woken_when_it_is_due_and_not_before() -> None:
     core = Scripted(deadline=1.0)
     host = host_of("robot1", core)

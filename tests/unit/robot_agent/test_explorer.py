@@ -200,3 +200,41 @@ def test_what_a_teammate_is_nearer_to_is_not_looked_ahead_to() -> None:
 def test_only_the_richest_places_are_told() -> None:
     explorer, _ = explorer_in(hall(), spacing_m=0.1, places_max=2)
     assert len(bid_of(explorer).places_map) == 2
+
+
+def test_what_a_place_costs_a_teammate_is_its_way_from_where_it_is() -> None:
+    explorer, _ = explorer_in(hall())
+    bid = bid_of(explorer)
+    places = bid.places_map.astype(float)
+    from_here = explorer.costs_from(IDENTITY, places)
+    np.testing.assert_allclose(from_here, bid.costs_m, atol=1e-5)
+    nearer = explorer.costs_from(Pose2(1.0, 0.0, 0.0), places)
+    assert (nearer < from_here - 0.5).all()
+    assert explorer.costs_from(IDENTITY, ALONE).shape == (0,)
+
+
+def test_a_teammate_without_a_way_to_a_place_has_it_infinitely_far() -> None:
+    explorer, _ = explorer_in(hall())
+    places = bid_of(explorer).places_map.astype(float)
+    assert np.isinf(explorer.costs_from(Pose2(50.0, 50.0, 0.0), places)).all()
+    assert np.isinf(explorer.costs_from(IDENTITY, np.array([[90.0, 0.0]]))).all()
+
+
+def test_costs_are_of_the_map_as_it_is_though_it_has_grown_since_the_bid() -> None:
+    explorer, planning_map = explorer_in(hall())
+    places = bid_of(explorer).places_map.astype(float)
+    before = explorer.costs_from(IDENTITY, places)
+    grown = MapDelta(
+        number=3,
+        resolution_m=RESOLUTION,
+        lattice_x=-100,
+        lattice_y=-100,
+        rows=20,
+        cols=20,
+        cells=pack_cells(np.full((20, 20), -3.0, dtype=np.float32)),
+    )
+    assert planning_map.apply_delta(grown) is not None
+    np.testing.assert_allclose(explorer.costs_from(IDENTITY, places), before, atol=0.2)
+    bid = bid_of(explorer, now=9.0)  # what it knows of the change is not lost
+    assert bid.map_number == 3
+    np.testing.assert_allclose(bid.costs_m, before, atol=0.2)

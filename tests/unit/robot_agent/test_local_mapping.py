@@ -132,3 +132,23 @@ def test_a_report_tells_the_wheels_and_where_discs_were_seen() -> None:
     seen = mapping.T_odom_base.apply((1.0, 0.0))
     assert report.sightings_odom == pytest.approx(seen.reshape(1, 2), abs=1e-5)
     assert mapping.report().sightings_odom.shape == (0, 2)
+
+
+def test_the_track_holds_every_scan_and_the_reported_poses_those_of_reports() -> None:
+    mapping = local_mapping(Body())
+    assert mapping.reported_poses().shape == (0, 3)
+    stamps, poses = mapping.track()
+    assert (stamps.shape, poses.shape) == ((0,), (0, 3))
+    mapping, _ = mapping_after(1)
+    reports = [mapping.report()]
+    for k in range(1, 5):
+        T_world_base = Pose2(0.06 * k, 0.0, 0.0)
+        mapping.take(scan_in(ROOM, T_world_base, 0.2 * k), T_world_base)
+        if k in (2, 3):
+            reports.append(mapping.report())
+    stamps, poses = mapping.track()
+    assert stamps.tolist() == pytest.approx([0.0, 0.2, 0.4, 0.6, 0.8])
+    assert poses.shape == (5, 3)
+    np.testing.assert_allclose(mapping.reported_poses(), poses[[0, 2, 3]])
+    told = [report.T_odom_base.as_tuple() for report in reports]
+    np.testing.assert_allclose(mapping.reported_poses(), told, atol=1e-9)

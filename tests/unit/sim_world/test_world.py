@@ -42,6 +42,7 @@ def world_of(
     seed: int = 1,
     body: Body = BODY,
     victims: tuple[Victim, ...] = (),
+    leaderless: bool = False,
     **settings: Any,
 ) -> World:
     """Two robots in the room, a metre apart."""
@@ -55,7 +56,14 @@ def world_of(
     judge = Judge(coverage, 0.65, 0.35)
     rng = np.random.default_rng(seed)
     return World(
-        scene, specs, WorldSettings(**settings), judge, rng, time_limit=time_limit, victims=victims
+        scene,
+        specs,
+        WorldSettings(**settings),
+        judge,
+        rng,
+        time_limit=time_limit,
+        leaderless=leaderless,
+        victims=victims,
     )
 
 
@@ -380,3 +388,105 @@ def test_the_same_seed_gives_the_same_world() -> None:
 
     assert ends(3) == ends(3)
     assert ends(3) != ends(4)
+
+
+# --- a team without a server ---------------------------------------------------------------------
+
+
+def leaderless(**settings: Any) -> World:
+    world = world_of(leaderless=True, **settings)
+    for name in ("robot1", "robot2"):
+        join(world, name)
+    return world
+
+
+def asked(effects: list[Effect]) -> list[tuple[str, MapRequest]]:
+    return [
+        (e.to, e.message)
+        for e in effects
+        if isinstance(e, Send) and isinstance(e.message, MapRequest)
+    ]
+
+
+def finished(world: World, name: str, now: float) -> list[Effect]:
+    return world.handle(heard("body", name, Finished(ended="explored")), now)
+
+
+def test_without_a_server_the_judge_asks_a_robot_for_the_map() -> None:
+    world = leaderless()
+    effects = live(world, 0.0, 0.5)
+    assert asked(effects)[0] == ("robot1", MapRequest(have=0))
+    assert sent(effects, "server") == []
+    assert world.handle(heard("body", "robot1", whole_truth(3)), 0.5) == []
+    assert world.judge.number == 3
+    live(world, 0.5, 2.0)
+    assert world.judge.timeline[-1][1] == pytest.approx(1.0)
+
+
+def test_when_that_one_is_gone_the_judge_asks_another() -> None:
+    world = leaderless()
+    live(world, 0.0, 0.5)
+    world.handle(heard("body", "robot1", whole_truth(3)), 0.5)
+    world.handle(PeerLeft("body", "robot1"), 0.5)
+    assert asked(live(world, 0.5, 2.0))[-1] == ("robot2", MapRequest(have=0))
+
+
+def test_a_word_to_the_judge_that_cannot_be_is_dropped_and_named() -> None:
+    world = leaderless()
+    live(world, 0.0, 0.5)
+    world.handle(heard("body", "robot1", whole_truth(3)), 0.5)
+    (note,) = world.handle(heard("body", "robot1", delta(4, 10**6, 10**6, 2, 2)), 0.5)
+    assert isinstance(note, Note) and "a word to the judge of robot1" in note.text
+
+
+def test_it_is_over_when_all_robots_that_are_there_say_so() -> None:
+    world = leaderless()
+    assert finished(world, "robot1", 1.0) == []
+    assert finished(world, "robot2", 2.0) == [Stop("explored")]
+    assert world.finished == Finished(ended="explored")
+
+
+def test_it_is_over_when_the_last_one_that_was_waited_for_is_gone() -> None:
+    world = leaderless()
+    finished(world, "robot1", 1.0)
+    assert Stop("explored") not in live(world, 1.0, 2.0)
+    world.handle(PeerLeft("body", "robot2"), 3.0)
+    assert Stop("explored") in live(world, 3.0, 2.0)
+
+
+def test_one_that_was_started_anew_is_not_through() -> None:
+    world = leaderless()
+    finished(world, "robot1", 1.0)
+    join(world, "robot1", 1.5)
+    assert finished(world, "robot2", 2.0) == []
+    assert finished(world, "robot1", 3.0) == [Stop("explored")]
+
+
+def test_it_goes_on_while_one_starts_anew() -> None:
+    world = leaderless(faults=(ScriptedFault(at_s=2.0, robot="robot2", kind="restart"),))
+    finished(world, "robot1", 1.0)
+    assert Stop("explored") not in live(world, 1.0, 3.0)
+    join(world, "robot2", 4.0)
+    assert Stop("explored") not in live(world, 4.0, 2.0)
+    assert finished(world, "robot2", 6.0) == [Stop("explored")]
+
+
+def test_one_that_is_gone_with_all_others_does_not_end_it() -> None:
+    """They may be started anew; if not, the mission ends by time."""
+    world = leaderless()
+    for name in ("robot1", "robot2"):
+        world.handle(PeerLeft("body", name), 1.0)
+    effects = live(world, 1.0, 3.0)
+    assert not [e for e in effects if isinstance(e, Stop)]
+    assert asked(effects) == []
+
+
+def test_without_a_server_it_ends_on_time_and_at_a_wanted_coverage() -> None:
+    world = leaderless(time_limit=1.0)
+    assert Stop("time_limit") not in live(world, 0.0, 0.9)
+    assert Stop("time_limit") in live(world, 0.9, 0.2)
+    world = leaderless(stop_at_coverage=0.9)
+    live(world, 0.0, 0.5)
+    world.handle(heard("body", "robot1", whole_truth(3)), 0.5)
+    assert Stop("coverage") in live(world, 0.5, 2.0)
+    assert world.finished is not None and world.finished.ended == "coverage"

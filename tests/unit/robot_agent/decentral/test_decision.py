@@ -1,0 +1,203 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from coordination.bid import RobotBid
+from coordination.strategies.minpos import MinPos
+from coordination.strategy import load_strategy
+from mapping.geometry import IDENTITY, Floats
+from protocol.messages import Award, TaskEnd
+from robot_agent.decentral.decision import Decision
+from robot_agent.decentral.settings import DecisionSettings
+
+SETTINGS = DecisionSettings(tried_radius_m=0.75, max_tries=3, rest_s=10.0)
+EAST, WEST, NORTH = (5.0, 0.0), (-4.0, 0.0), (0.0, 6.0)
+ALL = (EAST, WEST, NORTH)
+
+
+def decision(settings: DecisionSettings = SETTINGS) -> Decision:
+    return Decision("me", MinPos.from_settings({}), settings)
+
+
+def bid(*places: tuple[float, float], gain: float = 5.0) -> RobotBid:
+    """A bid of a robot at the origin with a straight way to everywhere."""
+    at = np.array(places, dtype=np.float64).reshape(-1, 2)
+    return RobotBid(
+        "me",
+        1,
+        1,
+        IDENTITY,
+        at,
+        np.full(len(at), gain),
+        np.hypot(at[:, 0], at[:, 1]),
+        np.column_stack((at - 1.0, at + 1.0)),
+        np.zeros((0, 2)),
+        np.zeros(len(at)),
+    )
+
+
+def ways(*costs: float) -> Floats:
+    return np.array(costs)
+
+
+def end(award: Award, outcome: str = "done", reason: str = "") -> TaskEnd:
+    return TaskEnd.model_validate({"task": award.task, "outcome": outcome, "reason": reason})
+
+
+def awarded(award: Award | None) -> Award:
+    assert award is not None
+    return award
+
+
+def test_alone_it_goes_to_the_nearest_place() -> None:
+    mind = decision()
+    award = awarded(mind.bid(bid(*ALL), {}, 0.0))
+    assert (award.kind, award.goal_map, award.lease_s) == ("explore", WEST, SETTINGS.lease_s)
+    assert mind.region is not None and mind.region.goal == WEST
+    assert mind.idle_since is None
+
+
+def test_it_leaves_to_a_teammate_what_that_is_nearer_to() -> None:
+    award = awarded(decision().bid(bid(*ALL), {"bob": ways(9.0, 1.0, 9.0)}, 0.0))
+    assert award.goal_map == EAST
+
+
+def test_a_teammate_without_a_way_does_not_count() -> None:
+    award = awarded(decision().bid(bid(WEST), {"bob": ways(math.inf)}, 0.0))
+    assert award.goal_map == WEST
+
+
+def test_the_same_place_is_awarded_once() -> None:
+    mind = decision()
+    first = awarded(mind.bid(bid(*ALL), {}, 0.0))
+    assert mind.bid(bid(*ALL), {}, 1.0) is None
+    assert mind.bid(bid(EAST, (-4.05, 0.0)), {}, 2.0) is None
+    assert mind.region is not None and mind.region.goal == WEST
+    assert awarded(mind.bid(bid(EAST), {}, 3.0)).task > first.task
+
+
+def test_a_place_it_failed_at_is_not_tried_again_by_this_robot() -> None:
+    mind = decision()
+    mind.ended(end(awarded(mind.bid(bid(WEST), {}, 0.0)), "failed", "stuck"), 5.0)
+    assert mind.region is None
+    assert mind.again({}, 100.0) is None
+    assert mind.idle_since == 100.0
+
+
+def test_a_place_it_visited_rests_and_may_be_tried_again() -> None:
+    mind = decision()
+    mind.ended(end(awarded(mind.bid(bid(WEST), {}, 0.0))), 5.0)
+    assert mind.again({}, 6.0) is None
+    assert mind.next_awake(6.0) == 15.0
+    assert awarded(mind.again({}, 15.0)).goal_map == WEST
+    assert mind.idle_since is None
+
+
+def test_the_end_of_another_task_means_nothing() -> None:
+    mind = decision()
+    award = awarded(mind.bid(bid(WEST), {}, 0.0))
+    mind.ended(end(award.model_copy(update={"task": award.task + 1})), 1.0)
+    assert mind.region is not None
+
+
+def test_with_nothing_worth_a_trip_it_is_idle_since_then() -> None:
+    mind = decision()
+    assert mind.again({}, 1.0) is None and mind.idle_since is None  # it has not looked yet
+    assert len(mind.asked) == 0
+    assert mind.bid(bid(WEST, gain=0.1), {}, 2.0) is None
+    assert mind.bid(bid(), {}, 3.0) is None
+    assert mind.idle_since == 2.0
+    assert mind.last[0] is not None and len(mind.last[0]) == 0
+    mind.bid(bid(WEST), {}, 4.0)
+    assert mind.idle_since is None
+
+
+def test_what_is_in_hand_goes_on_though_it_is_gone_from_the_bid() -> None:
+    """The robot's software itself sees when there is nothing left to look at."""
+    mind = decision()
+    award = awarded(mind.bid(bid(WEST), {}, 0.0))
+    assert mind.bid(bid(), {}, 1.0) is None
+    assert mind.region is not None and mind.idle_since is None
+    mind.ended(end(award), 2.0)
+    assert mind.again({}, 2.0) is None
+    assert mind.idle_since == 2.0
+
+
+def test_it_waits_at_home_and_sets_out_again_for_news() -> None:
+    mind = decision()
+    mind.bid(bid(), {}, 0.0)
+    home = mind.go_home((1.0, 2.0))
+    assert (home.kind, home.goal_map) == ("wait", (1.0, 2.0))
+    assert mind.homing and mind.region is None
+    mind.ended(end(home), 9.0)
+    assert mind.homing
+    award = awarded(mind.bid(bid(EAST), {}, 10.0))
+    assert award.task > home.task
+    assert not mind.homing
+
+
+def test_who_did_not_get_home_tries_again() -> None:
+    mind = decision()
+    mind.bid(bid(), {}, 0.0)
+    mind.ended(end(mind.go_home((1.0, 2.0)), "failed"), 9.0)
+    assert not mind.homing
+
+
+STEPS = st.lists(
+    st.one_of(
+        st.tuples(st.just("bid"), st.sets(st.sampled_from(ALL)).map(sorted)),
+        st.tuples(st.just("done"), st.just([])),
+        st.tuples(st.just("failed"), st.just([])),
+        st.tuples(st.just("again"), st.just([])),
+    ),
+    max_size=40,
+)
+
+
+@settings(max_examples=60)
+@given(STEPS, st.integers(1, 3), st.booleans())
+def test_what_holds_whatever_happens(
+    steps: list[tuple[str, list[tuple[float, float]]]], most: int, company: bool
+) -> None:
+    """Tasks count up; what was given up is never awarded; idle only if nothing is left."""
+    mind = decision(SETTINGS.model_copy(update={"max_tries": most}))
+    tries = dict.fromkeys(ALL, 0)
+    kept_until = dict.fromkeys(ALL, -math.inf)
+    offered: list[tuple[float, float]] = []
+    at_hand: Award | None = None
+    number = 0
+    for now, (what, places) in enumerate(steps):
+        if what in ("done", "failed"):
+            if at_hand is None:
+                continue
+            goal, outcome = at_hand.goal_map, end(at_hand, what)
+            mind.ended(outcome, float(now))
+            tries[goal] += 1
+            kept_until[goal] = max(
+                kept_until[goal], now + SETTINGS.rest_s if what == "done" else math.inf
+            )
+            at_hand = None
+            assert mind.region is None
+        offered = places if what == "bid" else offered
+        costs = {"bob": np.ones(len(offered))} if company else {}
+        made = mind.bid(bid(*offered), costs, float(now)) if what == "bid" else None
+        award = made if what == "bid" else mind.again(costs, float(now))
+        left = [p for p in offered if tries[p] < most and now >= kept_until[p]]
+        if award is not None:
+            assert award.task > number
+            number, at_hand = award.task, award
+            assert award.kind == "explore" and award.goal_map in left
+        assert (mind.region is None) == (at_hand is None)
+        if mind.idle_since is not None:
+            assert at_hand is None and not left
+
+
+@pytest.mark.parametrize("name", ["auction", "nearest", "minpos"])
+def test_any_strategy_will_do(name: str) -> None:
+    mind = Decision("me", load_strategy(name), SETTINGS)
+    assert awarded(mind.bid(bid(*ALL), {"bob": ways(9.0, 9.0, 9.0)}, 0.0)).goal_map == WEST

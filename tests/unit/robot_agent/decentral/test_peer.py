@@ -1,0 +1,178 @@
+"""A robot that needs no server, by events alone."""
+
+from __future__ import annotations
+
+import pytest
+
+from mapping.geometry import IDENTITY, Pose2
+from protocol import messages as words
+from protocol.effects import Effect, Note, PeerLeft, Rejected, Send, Stop
+from protocol.log_messages import LogHave, Observations
+from protocol.peer_messages import Beacon
+from protocol.world_messages import Finished, Join, Ping, Shutdown
+from tests.unit.protocol.test_crew import beacon
+from tests.unit.robot_agent.decentral.peer_rig import Rig, seen_by
+from tests.unit.robot_agent.test_agent import of_type
+from tests.unit.rooms import sent
+
+QUICK = {"decision": {"quiet_s": 0.4, "agreed_s": 0.3, "rest_s": 0.4, "max_tries": 1}}
+
+
+def joined(**settings: object) -> Rig:
+    rig = Rig(**settings)
+    rig.join()
+    return rig
+
+
+def radio(effects: list[Effect]) -> list[Send]:
+    return [e for e in effects if isinstance(e, Send) and e.channel == "radio"]
+
+
+def test_it_knocks_at_the_worlds_door_and_at_no_servers() -> None:
+    rig = Rig()
+    assert rig.peer.next_deadline() == 0.0
+    assert sent(rig.peer.tick(0.0)) == [Join(role="robot")]
+    effects = rig.join() + rig.live(1.0)
+    assert not [e for e in effects if isinstance(e, Send) and e.to == "server"]
+    assert {e.to for e in radio(effects)} == {"*"}
+
+
+def test_what_it_sees_it_tells_everybody_and_draws() -> None:
+    rig = joined()
+    effects = rig.live(2.0)
+    told = of_type(effects, Observations)
+    assert len(told) == 1 and told[0].numbers[0] == 1
+    assert rig.sharing.home == (0.0, 0.0)
+    rig.sharing.follow(rig.now)
+    assert len(rig.sharing.shared.team) == rig.sharing.sync.log.own.count > 3
+    assert rig.peer.agent.pose_map().distance_to(rig.T_world_base) < 0.1
+
+
+def test_it_drives_where_it_decides_to() -> None:
+    rig = joined()
+    effects = rig.live(2.0)
+    assert rig.T_world_base.x > 0.2
+    assert any(b.busy and len(b.path_map) for b in of_type(effects, Beacon))
+
+
+def test_its_beacons_say_what_it_holds() -> None:
+    rig = joined(life=2)
+    last = of_type(rig.live(1.0), Beacon)[-1]
+    assert (last.life, last.radius_m) == (2, pytest.approx(0.2))
+    assert rig.peer.choosing.crew.beacons["me"] == last
+
+
+def test_a_teammates_beacon_tells_its_software_where_that_is() -> None:
+    rig = joined()
+    rig.radio("bob", beacon(1.5, radius_m=0.3))
+    assert rig.peer.agent._teammates.places.tolist() == [[1.5, 0.0]]
+    rig.radio("bob", beacon(0.5))  # of the same instant: not newer
+    assert rig.peer.agent._teammates.places.tolist() == [[1.5, 0.0]]
+
+
+def test_what_a_teammate_saw_is_on_the_map() -> None:
+    rig = joined()
+    rig.radio("bob", seen_by("bob", Pose2(1.0, 0.0, 0.0), Pose2(1.5, 0.0, 0.0)))
+    rig.live(0.6)
+    authors = {placed.author for placed in rig.sharing.shared.team.placed()}
+    assert {("bob", 0), ("me", 0)} <= authors
+
+
+def test_where_a_teammate_does_not_fit_it_does_not_go_and_tells_where_it_does_not_fit() -> None:
+    rig = joined()
+    rig.live(0.6)
+    place = words.TightPlace(place_map=(1.0, 0.0))
+    rig.radio("bob", place)
+    assert rig.peer.agent._body_parts is not None
+    assert (rig.peer.agent._body_parts[1]._tried == 2).any()
+    assert rig.peer._carry_out([Send("radio", "server", place)], 1.0) == [Send("radio", "*", place)]
+
+
+def test_its_software_gets_the_whole_map_when_it_missed_a_change() -> None:
+    rig = joined()
+    rig.live(1.0)
+    planning_map = rig.peer.agent._body_parts[1]  # type: ignore[index]
+    planning_map.number = 0
+    request = words.MapRequest(have=0)
+    assert rig.peer._carry_out([Send("radio", "server", request)], 1.0) == []
+    assert planning_map.number == rig.sharing.feed.number > 0
+    assert rig.peer._carry_out([Send("radio", "server", words.Terminate(task=1))], 1.0) == []
+
+
+def test_who_tells_nonsense_is_heard_no_more() -> None:
+    rig = joined()
+    notes = []
+    for k in range(rig.sharing.sync.settings.faults_to_isolate):
+        notes += rig.peer.handle(Rejected("radio", "bob", f"nonsense: {k}"), 0.1 * k)
+    assert any(isinstance(note, Note) and "bob" in note.text for note in notes)
+    assert list(rig.sharing.sync.standing.isolated) == ["bob"]
+    assert rig.radio("bob", beacon(1.5)) == []
+    assert "bob" not in rig.peer.choosing.crew.beacons
+
+
+def test_what_is_none_of_its_business_is_passed_over() -> None:
+    rig = joined()
+    assert rig.peer.handle(PeerLeft("radio", "bob"), 0.0) == []
+    assert rig.radio("bob", Ping()) == []
+    (note,) = rig.peer.handle(Rejected("body", "world", "not msgpack"), 0.0)
+    assert isinstance(note, Note)
+    assert rig.world(Shutdown()) == [Stop("over")]
+
+
+def test_the_judge_is_told_the_map_and_then_what_changed_of_it() -> None:
+    rig = joined()
+    (poses,) = rig.world(words.MapRequest(have=0))
+    assert isinstance(poses, Send) and isinstance(poses.message, words.TeamPoses)
+    rig.live(1.0)
+    effects = rig.world(words.MapRequest(have=0))
+    assert all(isinstance(e, Send) and (e.channel, e.to) == ("body", "world") for e in effects)
+    (snapshot,) = of_type(effects, words.MapSnapshot)
+    assert of_type(rig.world(words.MapRequest(have=snapshot.number)), words.MapDelta) == []
+    rig.live(1.0)
+    (delta,) = of_type(rig.world(words.MapRequest(have=snapshot.number)), words.MapDelta)
+    assert delta.number == snapshot.number + 1
+    assert of_type(rig.world(words.MapRequest(have=1)), words.MapSnapshot)
+
+
+def test_when_nothing_is_left_it_says_once_that_it_is_through() -> None:
+    rig = joined(**QUICK)
+    effects = rig.live(6.0)
+    (finished,) = of_type(effects, Finished)
+    assert finished.ended == "explored"
+    assert rig.peer.choosing.through
+    assert any(isinstance(e, Note) and "through at" in e.text for e in effects)
+    held = rig.sharing.sync.log.own.count
+    rig.T_world_base = rig.T_world_base @ Pose2(0.1, 0.0, 0.5)
+    after = rig.live(3.0)
+    assert rig.sharing.sync.log.own.count == held, "what it holds stays what all agreed on"
+    assert of_type(after, Beacon)[-1].through
+    assert rig.peer.agent.mapping is not None and rig.peer.agent.mapping.unconfirmed == 0
+
+
+def test_it_goes_on_answering_teammates_when_it_is_through() -> None:
+    rig = joined(**QUICK)
+    rig.live(5.0)
+    assert rig.peer.choosing.through
+    rig.radio("bob", seen_by("bob", Pose2(1.0, 0.0, 0.0)))
+    effects = rig.live(8.0)
+    assert any("bob" in have.authors for have in of_type(effects, LogHave))
+
+
+def test_with_nothing_to_find_it_drives_home() -> None:
+    rig = joined(**QUICK)
+    rig.radio("bob", beacon(-0.5))  # who finds something still
+    rig.live(3.0)
+    assert rig.peer.choosing.idle
+    rig.sharing.home = (2.2, 0.0)
+    before = rig.T_world_base.x
+    rig.live(1.5)
+    assert not rig.peer.choosing.through
+    assert rig.T_world_base.x > before + 0.3
+
+
+def test_a_second_start_is_not_taken_for_where_it_was_told() -> None:
+    rig = Rig(life=1, reference=True, look_around=True)
+    rig.join(start=IDENTITY)
+    effects = rig.live(1.0)
+    assert not rig.sharing.tied
+    assert of_type(effects, Observations) == []
