@@ -151,6 +151,7 @@ def world_host(team: TeamSettings, stage: Stage, lockstep: bool = True) -> Host:
             lockstep,
             team.mission.max_time_s,
             leaderless=not team.server.enabled,
+            agreeing=team.robot.decides == "itself",
             victims=stage.world.victims,
         )
 

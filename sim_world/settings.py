@@ -33,7 +33,9 @@ class WorldSettings(_Settings):
 
     `step_s` is the length of an instant. Robots are told their starts with a uniform error of up to
     `start_error_m` and `start_error_deg` when `perturb_starts` is on. `victims` are people who lie
-    there besides the world's own, each `{ id = "v9", x = 3.0, y = 4.5 }`; they are not solid.
+    there besides the world's own, each `{ id = "v9", x = 3.0, y = 4.5 }`; they are not solid. When
+    all robots of a team without a master are through, but parted, so that they do not hold the same,
+    the mission is over after `parted_s`.
     """
 
     step_s: Positive = 0.1
@@ -42,6 +44,7 @@ class WorldSettings(_Settings):
     start_error_deg: NotNegative = 20.0
     command_timeout_s: Positive = 0.5
     judge_period_s: Positive = 2.0
+    parted_s: Positive = 1200.0
     stop_at_coverage: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
     radio: RadioSettings = RadioSettings()
     faults: tuple[ScriptedFault, ...] = ()

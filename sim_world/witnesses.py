@@ -18,13 +18,9 @@ class Witnesses:
 
     Args:
         judge: is told what they say.
-
-    Attributes:
-        through: robots for which the mission is over.
     """
 
     def __init__(self, judge: Judge) -> None:
-        self.through: set[str] = set()
         self._judge = judge
         self._asked = ""
 

@@ -18,7 +18,7 @@ from protocol.effects import Effect, Event, Note, Received, Rejected, Send
 from protocol.log_messages import LogHave, LogWant, Observations, PoseSet
 from protocol.messages import EVERYONE, SERVER, WORLD, Message
 from protocol.peer_messages import Beacon
-from protocol.world_messages import Finished, Joined
+from protocol.world_messages import Joined, Through
 from robot_agent.agent import Agent
 from robot_agent.decentral.beaconing import Beaconing
 from robot_agent.decentral.choosing import Choosing
@@ -53,6 +53,7 @@ class Peer:
         self.sharing = sharing
         self.choosing = Choosing(agent, strategy, settings.decision)
         self._beaconing = Beaconing(settings)
+        self._said = Through(through=False, held=0)
         self._answers: dict[type[Message], Callable[[Message, float], list[Effect]]] = {
             words.Hello: self._hello,
             words.Heartbeat: self._heartbeat,
@@ -133,10 +134,9 @@ class Peer:
         return [Send("radio", EVERYONE, beacon)]
 
     def _report(self, message: Message, now: float) -> list[Effect]:
-        """Share what the robot saw, unless the mission is over for it."""
+        """Share what the robot saw."""
         assert isinstance(message, words.ScanReport)
-        if not self.choosing.through:
-            self.sharing.observe(message, now)
+        self.sharing.observe(message, now)
         return self._tell(words.ReportsReceived(number=message.number), now)
 
     def _bid(self, message: Message, now: float) -> list[Effect]:
@@ -181,13 +181,20 @@ class Peer:
     # --- deciding -------------------------------------------------------------------------------
 
     def _decide(self, now: float) -> list[Effect]:
-        """Drive home when nothing is left to do; end when that is so for everybody."""
+        """Drive home when nothing is left to do; say so when that is so for all that are heard."""
         award = self.choosing.idle_word(now, self.sharing.home)
         effects = self._tell(award, now) if award else []
-        if self.choosing.agreed(self.sharing.checksum(), now):
-            reason = "nothing useful is left, and all hold the same"
-            end = words.MissionEnd(ended="explored", reason=reason)
-            effects += self._tell(end, now)
-            note = Note("info", f"through at {now:.1f} s: {reason}")
-            effects += [note, Send("body", WORLD, Finished(ended="explored", reason=reason))]
-        return effects
+        held = self.sharing.checksum()
+        self.choosing.agree(held, now)
+        through = self.choosing.through
+        if not (through or self._said.through):
+            return effects
+        shut_out = tuple(sorted(self.sharing.sync.standing.isolated))
+        word = Through(through=through, held=held, shut_out=shut_out)
+        if word == self._said:
+            return effects
+        if through != self._said.through:
+            text = f"through at {now:.1f} s: nothing useful is left, and all hold the same"
+            effects.append(Note("info", text if through else f"goes on at {now:.1f} s"))
+        self._said = word
+        return [*effects, Send("body", WORLD, word)]
