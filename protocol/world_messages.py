@@ -85,10 +85,13 @@ class MotionCommand(Message):
 
 
 class Fault(Message):
-    """A scripted fault strikes the process: it ends at once (`kill`) or starts anew (`restart`)."""
+    """A scripted fault strikes the process: it ends at once (`kill`) or starts anew.
+
+    After `restart` it knows nothing, after `reboot` what it had written down.
+    """
 
     type: Literal["fault"] = "fault"
-    kind: Literal["kill", "restart"]
+    kind: Literal["kill", "restart", "reboot"]
 
 
 class Shutdown(Message):

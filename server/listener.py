@@ -163,7 +163,9 @@ class Listener:
         through = bool(beacons) and all(b.through and b.held == held for b in beacons)
         if not (through or self._said.through):
             return []
-        word = Through(through=through, held=held, shut_out=tuple(sorted(self.sync.standing.isolated)))
+        word = Through(
+            through=through, held=held, shut_out=tuple(sorted(self.sync.standing.isolated))
+        )
         if word == self._said:
             return []
         self._said = word

@@ -128,7 +128,7 @@ class World:
         strikes = self._strike(now)
         effects += [*strikes, *self._deliver(now)]
         for strike in strikes:  # whoever starts anew misses this instant, and hears the next one
-            if isinstance(strike, Strike) and strike.kind == "restart":
+            if isinstance(strike, Strike) and strike.kind in ("restart", "reboot"):
                 self.relay.switch_on(strike.peer)
         effects += self._sense(now)
         effects += self._judge(now)
@@ -312,8 +312,10 @@ class World:
         while self._faults and self._faults[0][0] <= now + _EPSILON:
             _, name, kind = self._faults.pop(0)
             effects.append(Note("info", f"scripted fault at {now:.1f} s: {kind} {name}"))
-            if kind in ("kill", "restart"):
+            if kind in ("kill", "restart", "reboot"):
                 self.robots[name].connected = False
+                if self._agreement is not None:
+                    self._agreement.forget(name)
                 self.relay.switch_off(name)
             effects.append(Strike(name, kind))
         return effects

@@ -22,6 +22,7 @@ from protocol.world_messages import Joined, Through
 from robot_agent.agent import Agent
 from robot_agent.decentral.beaconing import Beaconing
 from robot_agent.decentral.choosing import Choosing
+from robot_agent.decentral.memory import Memory
 from robot_agent.decentral.settings import PeerSettings
 from robot_agent.decentral.sharing import Sharing
 
@@ -96,10 +97,18 @@ class Peer:
         delta = self.sharing.delta_due(now)
         if delta is not None:
             effects += self._tell(delta, now)
+        was_tied = self.sharing.tied
         placed = self.sharing.place_due(now)
+        if self.sharing.tied and not was_tied:
+            effects.append(Note("info", f"knows where it is at {now:.1f} s"))
         if placed is not None:
             effects += self._tell(placed, now)
         return [*effects, *self._decide(now)]
+
+    def keep(self) -> bytes:
+        """Return what the robot writes down for its next start."""
+        where = self.agent.pose_map() if self.sharing.tied else None
+        return Memory(self.sharing.sync.log, where).pack()
 
     # --- what the robot's software would tell a server ------------------------------------------
 
@@ -125,8 +134,11 @@ class Peer:
     def _heartbeat(self, message: Message, now: float) -> list[Effect]:
         """Tell the others where the robot is, and see how long nothing was left to do."""
         assert isinstance(message, words.Heartbeat)
-        body = (self.life, self.agent.body.radius_m, 0.0)
-        held, where = self.sharing.checksum(), self.agent.pose_map()
+        about = self.sharing.whereabouts
+        body = (self.sharing.sync.log.me.life, self.agent.body.radius_m, about.sigma[0])
+        held, where = self.sharing.checksum(), about.T_map_own @ message.T_odom_base
+        if self.sharing.tied:
+            where = self.agent.pose_map()
         beacon = self._beaconing.due(message, where, self.choosing, body, held, now)
         if beacon is None:
             return []
@@ -136,7 +148,9 @@ class Peer:
     def _report(self, message: Message, now: float) -> list[Effect]:
         """Share what the robot saw."""
         assert isinstance(message, words.ScanReport)
-        self.sharing.observe(message, now)
+        radius = self.agent.body.radius_m
+        radii = self.choosing.crew.unplaced if self.sharing.tied else (radius,)
+        self.sharing.observe(message, radii, now)
         return self._tell(words.ReportsReceived(number=message.number), now)
 
     def _bid(self, message: Message, now: float) -> list[Effect]:

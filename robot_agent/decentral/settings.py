@@ -43,7 +43,7 @@ class PeerSettings(_Settings):
 
     A robot whose start is known no better than `tied_m` does not tell what it sees until that fits
     what others saw: with `align_points` end points at walls, a share of `align_fit`, and a place
-    known to `align_sigma_m`.
+    known to `align_sigma_m`. It tries no more often than every `align_period_s`.
     """
 
     log: LogSyncSettings = LogSyncSettings()
@@ -58,6 +58,7 @@ class PeerSettings(_Settings):
     map_period_s: Positive = 0.3
     largest_cells: Annotated[int, Field(ge=1_000, le=50_000_000)] = 25_000_000
     tied_m: Positive = 0.15
+    align_period_s: Positive = 1.0
     align_points: Annotated[int, Field(ge=1)] = 30
     align_fit: Annotated[float, Field(gt=0.0, le=1.0)] = 0.6
     align_sigma_m: Positive = 0.1
