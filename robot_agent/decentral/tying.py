@@ -83,7 +83,8 @@ class Tying:
 
     def due(self, now: float) -> bool:
         """Whether there is something new to try with, and the last try is some time ago."""
-        news = bool(self.waiting) and self.waiting[-1].number > self._tried
+        seen = len(self.waiting) >= self._settings.align_scans
+        news = seen and self.waiting[-1].number > self._tried
         return news and now >= self._next - _EPSILON
 
     def attempt(
@@ -110,6 +111,7 @@ class Tying:
             fit is None
             or fit.points < settings.align_points
             or fit.share < settings.align_fit
+            or fit.known < settings.align_known
             or fit.sigma > settings.align_sigma_m
         ):
             return None
