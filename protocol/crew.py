@@ -40,9 +40,22 @@ class Crew:
         radii = {b.radius_m: None for b in self.beacons.values() if b.sigma_m > PLACED_M}
         return tuple(sorted(radii))
 
-    def team_poses(self) -> TeamPoses:
-        """Return where everybody was last heard of, except for those who do not know it."""
-        names = sorted(name for name in self.beacons if self.beacons[name].sigma_m <= PLACED_M)
+    def forget(self, name: str) -> None:
+        """Forget a member that is not listened to any more."""
+        self.beacons.pop(name, None)
+        self.stamps.pop(name, None)
+
+    def team_poses(self, since: float = -1.0) -> TeamPoses:
+        """Return where everybody is, except for those who do not know it.
+
+        Args:
+            since: of whom nothing was heard after this [s] may be anywhere, and is left out.
+        """
+        names = sorted(
+            name
+            for name in self.beacons
+            if self.beacons[name].sigma_m <= PLACED_M and self.stamps[name] >= since
+        )
         heard = [self.beacons[name] for name in names]
         rows = [(self.stamps[name], *self.beacons[name].T_map_base.as_tuple()) for name in names]
         paths = [beacon.path_map for beacon in heard]

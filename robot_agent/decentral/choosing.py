@@ -13,7 +13,7 @@ from coordination.strategy import Strategy
 from coordination.tried_places import TriedPlaces
 from mapping.geometry import Floats, Pose2
 from protocol.crew import Crew
-from protocol.messages import Award, Bid, TaskEnd
+from protocol.messages import Award, Bid, TaskEnd, TeamPoses
 from robot_agent.agent import Agent
 from robot_agent.decentral.decision import Decision
 from robot_agent.decentral.settings import DecisionSettings
@@ -54,6 +54,10 @@ class Choosing:
     def last(self) -> tuple[RobotBid | None, TriedPlaces, float]:
         """The last bid, what was tried in vain, and the least gain [m2] that is worth a trip."""
         return self._decision.last
+
+    def team_poses(self, now: float) -> TeamPoses:
+        """Return where all are that are here: who was not heard for long may be anywhere."""
+        return self.crew.team_poses(now - self._settings.here_s)
 
     def bid(self, message: Bid, now: float) -> Award | None:
         """Decide on a new bid of the robot's own."""

@@ -143,7 +143,7 @@ class Peer:
         if beacon is None:
             return []
         self.choosing.crew.hear(self.name, beacon, now)
-        return [Send("radio", EVERYONE, beacon)]
+        return [Send("radio", EVERYONE, beacon), *self._tell(self.choosing.team_poses(now), now)]
 
     def _report(self, message: Message, now: float) -> list[Effect]:
         """Share what the robot saw."""
@@ -176,12 +176,13 @@ class Peer:
         """Take a teammate's word."""
         source = header.source
         if not self.sharing.hears(source, now):
+            self.choosing.crew.forget(source)
             return []
         if isinstance(message, _LOG):
             return self.sharing.take(source, message, now)
         if isinstance(message, Beacon):
             if self.choosing.crew.hear(source, message, header.stamp):
-                return self._tell(self.choosing.crew.team_poses(), now)
+                return self._tell(self.choosing.team_poses(now), now)
         elif isinstance(message, words.TightPlace):
             return self._tell(message, now)
         return []

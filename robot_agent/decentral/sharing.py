@@ -205,7 +205,9 @@ class Sharing:
         entries = [*changes.entries, *changes.replaced]
         bad = self.shared.take_in(self.held, entries, changes.repositioned, changes.forgotten)
         for (author, number), reason in bad:
-            self.sync.fault(self.held.told_by(author, number), reason, now)
+            # Whoever only passed it on could not help it: it holds what the others hold.
+            if self.held.told_by(author, number) == author[0]:
+                self.sync.fault(author[0], reason, now)
 
     # --- steps ----------------------------------------------------------------------------------
 

@@ -9,13 +9,13 @@ from expedition import cast
 from expedition.commands.options import settings_from
 from expedition.team import TeamSettings
 from protocol.effects import Note
-from protocol.host import Host
 from protocol.in_process import run_in_process
 from protocol.log_messages import LogHave, LogWant, Observations, PoseSet
 from protocol.map_cells import map_digest, quantise
 from protocol.observation_log import Author
 from robot_agent.decentral.peer import Peer
 from sim_world.world import World
+from tests.integration.hostile_robot import Hostile
 
 SMALL = str(Path(__file__).parent / "four_rooms.toml")
 KNOWN = "world.perturb_starts=false"
@@ -67,6 +67,8 @@ class Watched:
 
     def peer(self, name: str) -> Peer:
         core = self.hosts[name].core
+        if isinstance(core, Hostile):
+            core = core.core
         assert isinstance(core, Peer)
         return core
 
@@ -126,8 +128,3 @@ class Watched:
 def in_order(numbers: list[int]) -> bool:
     """Whether a log has no gap."""
     return numbers == list(range(1, len(numbers) + 1))
-
-
-def host_of(watched: Watched, name: str) -> Host:
-    """Return the host of one member."""
-    return watched.hosts[name]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from expedition.launch import Watch, run_team
+from protocol.messages import Message
+from tests.integration.hostile_robot import LIES, Hostile
 from tests.integration.rescue_team import ALONE, KNOWN, Watched, in_order, rescue
 
 pytestmark = pytest.mark.slow
@@ -94,3 +97,20 @@ def test_robots_that_hardly_know_where_they_start_find_each_other(tmp_path: Path
     held = {robot["map_digest"] for robot in summary["robots"]}
     assert held == {summary["map"]["digest"]} != {None}
     assert max(robot["trajectory_rmse_m"] for robot in summary["robots"]) <= 0.15
+
+
+@pytest.mark.parametrize("lie", LIES, ids=lambda lie: lie.__name__)
+def test_a_hostile_robot_is_named_and_shut_out_and_the_others_finish(
+    lie: Callable[[Message], Message],
+) -> None:
+    watched = Watched(rescue(ALONE, KNOWN))
+    host = watched.hosts["robot4"]
+    host.core = Hostile(host.core, lie, since=12.0)
+    assert watched.run() == "explored"
+    honest = [f"robot{number}" for number in (1, 2, 3)]
+    for name in honest:
+        assert list(watched.peer(name).sharing.sync.standing.isolated) == ["robot4"]
+        named = [note for note in watched.notes if note.startswith(name) and "isolated" in note]
+        assert len(named) == 1 and "robot4 is isolated" in named[0]
+    assert len({watched.held()[name] for name in honest}) == 1
+    assert len({watched.digests()[name] for name in honest}) == 1
