@@ -14,10 +14,12 @@ from expedition.team import TeamSettings, UsageError, pose_of_start
 from mapping.geometry import Pose2, wrap_angle
 from mapping.shared_map import SharedMap
 from mapping.team_map import TeamMap
+from protocol.errors import DamagedLogError
 from protocol.host import Host
 from protocol.log_sync import LogSync
 from protocol.observation_log import ObservationLog
 from robot_agent.agent import Agent
+from robot_agent.decentral.memory import unpack
 from robot_agent.decentral.peer import Peer
 from robot_agent.decentral.sharing import Sharing
 from robot_agent.estimators import EstimatorError, find_estimator
@@ -151,6 +153,7 @@ def world_host(team: TeamSettings, stage: Stage, lockstep: bool = True) -> Host:
             lockstep,
             team.mission.max_time_s,
             leaderless=not team.server.enabled,
+            agreeing=team.robot.decides == "itself",
             victims=stage.world.victims,
         )
 
@@ -192,25 +195,37 @@ def agent_host(team: TeamSettings, name: str) -> Host:
         rng = generator(team.mission.seed, f"{name}.{incarnation}")
         return Agent(name, team.robot, incarnation, rng)
 
-    def peer(incarnation: int) -> Peer:
+    def peer(
+        incarnation: int, log: ObservationLog | None = None, left: Pose2 | None = None
+    ) -> Peer:
         strategy = load_strategy(team.mission.strategy, team.strategy)
-        sync, shared = _copy_of_the_log(team, name, incarnation)
+        sync, shared = _copy_of_the_log(team, name, incarnation, log)
         reference = name == team.members()[0].name
-        sharing = Sharing(sync, shared, team.robot.peer, reference)
+        sharing = Sharing(sync, shared, team.robot.peer, reference, left)
         return Peer(agent(incarnation), team.robot.peer, strategy, sharing, incarnation)
+
+    def restored(incarnation: int, kept: bytes) -> Peer:
+        try:
+            memory = unpack(kept)
+        except DamagedLogError:
+            return peer(incarnation)
+        return peer(incarnation, memory.log, memory.T_map_base)
 
     if team.robot.decides == "server":
         return Host(name, agent)
     check_strategy(team)
-    return Host(name, peer)
+    return Host(name, peer, rebuild=restored)
 
 
-def _copy_of_the_log(team: TeamSettings, name: str, life: int) -> tuple[LogSync, SharedMap]:
-    """Return an empty copy of a team's observations for one of its members, and what draws it."""
+def _copy_of_the_log(
+    team: TeamSettings, name: str, life: int, kept: ObservationLog | None = None
+) -> tuple[LogSync, SharedMap]:
+    """Return a member's copy of the observations, empty or as it was kept; and what draws it."""
     settings = team.robot.peer
     rng = generator(team.mission.seed, f"{name}.{life}.log")
     names = tuple(member.name for member in team.members())
-    sync = LogSync(ObservationLog(name, life), settings.log, rng, team=names)
+    log = kept or ObservationLog(name, life)
+    sync = LogSync(log, settings.log, rng, team=names)
     drawn = TeamMap[tuple[str, int]](
         team.robot.mapping.resolution_m, largest_cells=settings.largest_cells
     )

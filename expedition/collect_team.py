@@ -21,6 +21,8 @@ from server.settings import MapSettings
 
 # Sightings of one victim lie within this distance of each other [m].
 _VICTIM_GATE = 1.5
+_THROUGH = "nothing useful is left, and all hold the same"
+_BROKEN_OFF = "the server ended before the mission did"
 
 
 def listener_part(listener: Listener) -> dict[str, Any]:
@@ -32,8 +34,8 @@ def listener_part(listener: Listener) -> dict[str, Any]:
         robot["ended"] = "finished" if name in heard else "lost"
     return {
         **part,
-        "ended": listener.ended or "failed",
-        "reason": listener.reason or "the server ended before the mission did",
+        "ended": listener.ended or ("explored" if listener.through else "failed"),
+        "reason": listener.reason or (_THROUGH if listener.through else _BROKEN_OFF),
         "sim_time_s": listener.now,
     }
 

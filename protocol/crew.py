@@ -7,6 +7,9 @@ import numpy as np
 from protocol.messages import TeamPoses
 from protocol.peer_messages import Beacon
 
+# A member that knows its place no better than this does not know it [m].
+PLACED_M = 0.3
+
 
 class Crew:
     """What was last heard of everybody, oneself included.
@@ -31,9 +34,28 @@ class Crew:
         """Return who was heard in the last `period` [s], sorted."""
         return sorted(name for name, stamp in self.stamps.items() if now - stamp <= period)
 
-    def team_poses(self) -> TeamPoses:
-        """Return where everybody was last heard of."""
-        names = sorted(self.beacons)
+    @property
+    def unplaced(self) -> tuple[float, ...]:
+        """The radii [m] of all who do not know where they are, each once."""
+        radii = {b.radius_m: None for b in self.beacons.values() if b.sigma_m > PLACED_M}
+        return tuple(sorted(radii))
+
+    def forget(self, name: str) -> None:
+        """Forget a member that is not listened to any more."""
+        self.beacons.pop(name, None)
+        self.stamps.pop(name, None)
+
+    def team_poses(self, since: float = -1.0) -> TeamPoses:
+        """Return where everybody is, except for those who do not know it.
+
+        Args:
+            since: of whom nothing was heard after this [s] may be anywhere, and is left out.
+        """
+        names = sorted(
+            name
+            for name in self.beacons
+            if self.beacons[name].sigma_m <= PLACED_M and self.stamps[name] >= since
+        )
         heard = [self.beacons[name] for name in names]
         rows = [(self.stamps[name], *self.beacons[name].T_map_base.as_tuple()) for name in names]
         paths = [beacon.path_map for beacon in heard]

@@ -81,7 +81,10 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Strike:
-    """The world strikes a process with a scripted fault: `kill`, `restart`, `freeze` or `thaw`."""
+    """The world strikes a process with a scripted fault.
+
+    kind: `kill`, `restart`, `reboot`, `freeze` or `thaw`.
+    """
 
     peer: str
     kind: str

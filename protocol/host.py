@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from protocol.codec import Frame, Header, decode, decode_header, encode_content, encode_header
 from protocol.effects import (
@@ -48,6 +48,15 @@ class Outbox:
     stop: str | None = None
 
 
+@runtime_checkable
+class Keeping(Protocol):
+    """A core that writes down what its next life can go on from."""
+
+    def keep(self) -> bytes:
+        """Return what is written down."""
+        ...
+
+
 class Host:
     """Carries one core: events in, encoded frames out.
 
@@ -55,6 +64,8 @@ class Host:
         name: the process's name, the `source` of all it sends.
         build: makes the core; called again when the process restarts.
         raw_channels: channels whose frames are passed on rather than understood.
+        rebuild: makes the core of a later life from what the one before wrote down; None if it
+            keeps nothing.
 
     A frame must carry the name of the peer that sent it, unless that peer is the world: its relay
     forwards for others.
@@ -65,9 +76,11 @@ class Host:
         name: str,
         build: Callable[[int], Core],
         raw_channels: frozenset[str] = frozenset(),
+        rebuild: Callable[[int, bytes], Core] | None = None,
     ) -> None:
         self.name = name
         self._build = build
+        self._rebuild = rebuild
         self._raw_channels = raw_channels
         self._sequences: Counter[tuple[str, str]] = Counter()
         self.core = build(0)
@@ -77,6 +90,22 @@ class Host:
         """Throw the core away with all it knew and make a new one, for its next life."""
         self._sequences.clear()
         self.core = self._build(incarnation)
+
+    def reboot(self, incarnation: int) -> None:
+        """Make a new core that knows what the one before it wrote down, and nothing else."""
+        if self._rebuild is None or not isinstance(self.core, Keeping):
+            self.restart(incarnation)
+            return
+        kept = self.core.keep()
+        self._sequences.clear()
+        self.core = self._rebuild(incarnation, kept)
+
+    def suffer(self, strike: str | None, incarnation: int) -> None:
+        """Let a scripted fault that starts the process anew strike: `restart` or `reboot`."""
+        if strike == "restart":
+            self.restart(incarnation)
+        elif strike == "reboot":
+            self.reboot(incarnation)
 
     @property
     def next_deadline(self) -> float | None:

@@ -47,8 +47,7 @@ def _carry(
     """Let one member live through one instant."""
     if bundle.strike == "kill":
         return
-    if bundle.strike == "restart":
-        host.restart(bundle.incarnation)
+    host.suffer(bundle.strike, bundle.incarnation)
     outbox = host.advance(bundle.parcels, bundle.now)
     conductor.done(bundle.member, outbox.parcels, host.next_deadline)
     for note in outbox.notes:

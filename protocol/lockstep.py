@@ -32,7 +32,7 @@ class Member:
         dead: a scripted fault ended it; what is sent to it is lost, until it is restarted.
         waiting: parcels that are to go with its next bundle.
         sent: parcels it sent at the instant that is running.
-        strike: a scripted fault for its next bundle: `kill` or `restart`.
+        strike: a scripted fault for its next bundle: `kill`, `restart` or `reboot`.
         incarnation: which life of the process this is, from 0.
     """
 
@@ -150,7 +150,7 @@ class Conductor:
             member.frozen = strike.kind == "freeze"
         else:
             member.strike = strike.kind
-            if strike.kind == "restart":
+            if strike.kind in ("restart", "reboot"):
                 member.incarnation = self._lives[strike.peer]
                 self._lives[strike.peer] += 1
             member.dead = strike.kind == "kill"

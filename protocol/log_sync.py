@@ -85,6 +85,7 @@ class LogSync:
         )
         self.telling = Telling(log, settings)
         self._differing: dict[Author, None] = {}
+        self._restored = log.own.count, log.own.version
         # What was held when the last two intervals of announcing ended, as in `_held`.
         self._before: list[dict[Author, tuple[int, int]]] = [{}, {}]
 
@@ -92,6 +93,22 @@ class LogSync:
     def overtaken(self) -> bool:
         """Whether others hold more of this life than this member: it must begin a new one."""
         return self.intake.overtaken
+
+    def begin_life(self, life: int, now: float) -> None:
+        """Go on in a new life, after `overtaken`: what was written since the start is told in it.
+
+        Args:
+            life: one that this robot never lived.
+            now: mission time [s].
+        """
+        self.log.begin_life(life, *self._restored)
+        self.intake.overtaken = False
+        self._restored = 0, 0
+        self._telling = Telling(self.log, self.settings)
+        self._telling.count = 0
+        self._announcing.change(now)
+        if self.log.own.count:
+            self._telling.news(now)
 
     def append(self, payload: bytes, pose: PoseSteps, now: float) -> int:
         """Write an observation of one's own; return its number. It is told with the next batch.

@@ -265,6 +265,25 @@ class ObservationLog:
                 del told[key]
         news.forgotten[author] = None
 
+    def begin_life(self, life: int, count: int, version: int) -> None:
+        """Go on in a new life: others hold more of the one so far.
+
+        Of that one stay the first `count` entries, and the poses up to `version`; what came after
+        is written once more, as the first entries of the new life.
+        """
+        before, own = self.me, self.own
+        poses = {number: own.pose(number) for number in sorted(own.entries)}
+        self.forget(before)
+        self.me = Author(before.robot, life)
+        self.logs[before], self.logs[self.me] = AuthorLog(), AuthorLog()
+        for number, told in sorted(own.entries.items()):
+            if number <= count:
+                self.put(before, number, told.what, told.by)
+            else:
+                self.append(told.what.payload, poses[number])
+        if own.revision is not None and own.version <= version:
+            self.put_revision(before, own.revision, own.revision_by)
+
     def take_changes(self) -> Changes:
         """Return what has changed since the last call: all that must be drawn, or drawn anew.
 

@@ -134,8 +134,7 @@ class Runner:
         """Live through one instant and answer; return why the core stopped, or None."""
         if bundle.strike == "kill":
             return None
-        if bundle.strike == "restart":
-            self._host.restart(bundle.incarnation)
+        self._host.suffer(bundle.strike, bundle.incarnation)
         parcels = bundle.parcels
         if self._direct is not None:
             parcels = parcels + self._direct.arrivals()

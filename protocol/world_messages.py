@@ -16,6 +16,7 @@ from protocol.fields import (
     Count,
     Detections,
     Finite,
+    Name,
     NotNegative,
     PoseField,
     Positive,
@@ -84,10 +85,13 @@ class MotionCommand(Message):
 
 
 class Fault(Message):
-    """A scripted fault strikes the process: it ends at once (`kill`) or starts anew (`restart`)."""
+    """A scripted fault strikes the process: it ends at once (`kill`) or starts anew.
+
+    After `restart` it knows nothing, after `reboot` what it had written down.
+    """
 
     type: Literal["fault"] = "fault"
-    kind: Literal["kill", "restart"]
+    kind: Literal["kill", "restart", "reboot"]
 
 
 class Shutdown(Message):
@@ -98,11 +102,25 @@ class Shutdown(Message):
 
 
 class Finished(Message):
-    """The mission has ended: word of the server, or of each robot of a team without one."""
+    """The mission has ended: the server's word."""
 
     type: Literal["finished"] = "finished"
     ended: Ended
     reason: Text = ""
+
+
+class Through(Message):
+    """Whether the mission is over, as far as a member of a team without a master knows.
+
+    It is said anew when it changes: a member that was parted from others may learn better.
+    `held` is a checksum of all observations and poses that it holds; to those in `shut_out` it
+    does not listen any more.
+    """
+
+    type: Literal["through"] = "through"
+    through: bool
+    held: Count
+    shut_out: Annotated[tuple[Name, ...], Field(max_length=256)] = ()
 
 
 class Ping(Message):
@@ -113,6 +131,15 @@ class Ping(Message):
 
 
 WorldMessage = Annotated[
-    Join | Joined | JoinRefused | BodyFrame | MotionCommand | Fault | Shutdown | Finished | Ping,
+    Join
+    | Joined
+    | JoinRefused
+    | BodyFrame
+    | MotionCommand
+    | Fault
+    | Shutdown
+    | Finished
+    | Through
+    | Ping,
     Field(discriminator="type"),
 ]

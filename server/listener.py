@@ -1,7 +1,7 @@
 """The server of a team whose robots decide for themselves: it listens, and draws the same map.
 
 It holds what every robot holds, by the same messages, tells observers the map and where everybody
-is, and says when the mission is over. It gives no tasks.
+is, and says when the robots that it hears are through. It gives no tasks.
 
 Source: Pfingsthorn et al. 2007, section 2: every member's map is equivalent to the global map.
 """
@@ -22,7 +22,7 @@ from protocol.log_sync import LogSync
 from protocol.map_feed import MapFeed
 from protocol.messages import WORLD, Ended, Message
 from protocol.peer_messages import Beacon
-from protocol.world_messages import Finished, Join
+from protocol.world_messages import Finished, Join, Through
 from server.settings import ServerSettings
 
 _EPSILON = 1e-9
@@ -57,6 +57,7 @@ class Listener:
         self.now = 0.0
         self.ended: Ended | None = None
         self.reason = ""
+        self._said = Through(through=False, held=0)
         self.feed = MapFeed(shared.view(), settings.map.delta_period_s)
         self._time_limit = time_limit
         self._observers: dict[str, None] = {}
@@ -107,7 +108,9 @@ class Listener:
         entries = [*changes.entries, *changes.replaced]
         bad = self.shared.take_in(self.held, entries, changes.repositioned, changes.forgotten)
         for (author, number), reason in bad:
-            self.sync.fault(self.held.told_by(author, number), reason, now)
+            # Whoever only passed it on could not help it: it holds what the others hold.
+            if self.held.told_by(author, number) == author[0]:
+                self.sync.fault(author[0], reason, now)
 
     def _hear(self, header: Header, message: Message, now: float) -> list[Effect]:
         """Take a robot's word."""
@@ -151,7 +154,7 @@ class Listener:
         return [Send("fleet", name, message) for name in self._observers]
 
     def _notice_end(self, now: float) -> list[Effect]:
-        """End the mission when all robots that are waited for say that it is over, or by time."""
+        """End the mission by time; say when all robots that are waited for are through."""
         if self.ended is not None:
             return []
         if self._time_limit is not None and now >= self._time_limit - _EPSILON:
@@ -159,11 +162,21 @@ class Listener:
         waited_for = self.crew.heard_within(self.settings.abandon_s, now)
         beacons = [self.crew.beacons[name] for name in waited_for]
         held = self.held.checksum()
-        if beacons and all(beacon.through and beacon.held == held for beacon in beacons):
-            return self._end("explored", "nothing useful is left, and all hold the same")
-        if self.crew.beacons and not waited_for:
-            return self._end("failed", "all robots are lost")
-        return []
+        through = bool(beacons) and all(b.through and b.held == held for b in beacons)
+        if not (through or self._said.through):
+            return []
+        word = Through(
+            through=through, held=held, shut_out=tuple(sorted(self.sync.standing.isolated))
+        )
+        if word == self._said:
+            return []
+        self._said = word
+        return [Send("clock", WORLD, word)]
+
+    @property
+    def through(self) -> bool:
+        """Whether all robots that are waited for say that nothing is left, and hold the same."""
+        return self._said.through
 
     def _end(self, ended: Ended, reason: str) -> list[Effect]:
         """Tell the world that the mission is over; it tells the robots."""

@@ -18,13 +18,14 @@ class _Settings(BaseModel):
 class ScriptedFault(_Settings):
     """Something that goes wrong at a mission time, so that a faulty run repeats exactly.
 
-    kind: `kill` ends the robot's process; `restart` starts it anew with nothing remembered;
+    kind: `kill` ends the robot's process; `restart` starts it anew with nothing remembered,
+    `reboot` with what it had written down, which is all that a robot holds that decides for itself;
     `freeze` halts it for `duration_s`; `cut_link` silences its radio for `duration_s`.
     """
 
     at_s: NotNegative
     robot: Name
-    kind: Literal["kill", "freeze", "restart", "cut_link"]
+    kind: Literal["kill", "freeze", "restart", "reboot", "cut_link"]
     duration_s: NotNegative = 0.0
 
 
@@ -33,7 +34,9 @@ class WorldSettings(_Settings):
 
     `step_s` is the length of an instant. Robots are told their starts with a uniform error of up to
     `start_error_m` and `start_error_deg` when `perturb_starts` is on. `victims` are people who lie
-    there besides the world's own, each `{ id = "v9", x = 3.0, y = 4.5 }`; they are not solid.
+    there besides the world's own, each `{ id = "v9", x = 3.0, y = 4.5 }`; they are not solid. When
+    all robots of a team without a master are through, but parted, so that they do not hold the
+    same, the mission is over after `parted_s`.
     """
 
     step_s: Positive = 0.1
@@ -42,6 +45,7 @@ class WorldSettings(_Settings):
     start_error_deg: NotNegative = 20.0
     command_timeout_s: Positive = 0.5
     judge_period_s: Positive = 2.0
+    parted_s: Positive = 1200.0
     stop_at_coverage: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
     radio: RadioSettings = RadioSettings()
     faults: tuple[ScriptedFault, ...] = ()

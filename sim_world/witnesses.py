@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from mapping.geometry import Pose2
 from protocol.effects import Effect, Send
 from protocol.messages import MapDelta, MapRequest, MapSnapshot, Message, TeamPoses
-from protocol.world_messages import Finished
 from sim_world.judge import Judge
 
 
@@ -22,31 +21,8 @@ class Witnesses:
     """
 
     def __init__(self, judge: Judge) -> None:
-        self._through: dict[str, Finished] = {}
-        self._restarting: dict[str, None] = {}
         self._judge = judge
         self._asked = ""
-
-    def finished(self, name: str, word: Finished) -> None:
-        """Note that the mission is over for a robot."""
-        self._through[name] = word
-
-    def restarting(self, name: str) -> None:
-        """Note that a robot is gone, but only for a moment."""
-        self._restarting[name] = None
-
-    def joined(self, name: str) -> None:
-        """Note that a robot's software has begun: the mission is not over for it."""
-        self._through.pop(name, None)
-        self._restarting.pop(name, None)
-
-    def over(self, present: Sequence[str]) -> Finished | None:
-        """Return the first one's word once the mission is over for all present, else None.
-
-        It goes on while somebody starts anew, and where nobody is left: they may come back.
-        """
-        words = [self._through.get(name) for name in present]
-        return words[0] if words and all(words) and not self._restarting else None
 
     def ask(self, present: Sequence[str]) -> list[Effect]:
         """Return the question to the first of those present."""

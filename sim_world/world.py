@@ -29,8 +29,9 @@ from protocol.errors import ProtocolError
 from protocol.fault_book import FaultBook
 from protocol.messages import SERVER, Ended, Hello, MapRequest, Message
 from protocol.operator_messages import StopRequest
-from protocol.world_messages import Finished, Join, Joined, MotionCommand
+from protocol.world_messages import Finished, Join, Joined, MotionCommand, Through
 from sim_world import kinematics
+from sim_world.agreement import Agreement
 from sim_world.body_sensing import sense, sense_and_sweep
 from sim_world.fault_script import outages, schedule
 from sim_world.judge import Judge
@@ -57,8 +58,9 @@ class World:
         rng: source of all noise.
         lockstep: whether mission time waits for the processes.
         time_limit: mission time at which the mission must be over [s]; None for never.
-        leaderless: the team has no server: the world asks the robots for their map, and the mission
-            is over when all of them say so.
+        leaderless: the team has no server: the world asks the robots for their map.
+        agreeing: the robots decide for themselves: the mission is over when all of them, and the
+            server that listens if there is one, say so and hold the same.
         victims: who lies in the building.
     """
 
@@ -72,9 +74,11 @@ class World:
         lockstep: bool = True,
         time_limit: float | None = None,
         leaderless: bool = False,
+        agreeing: bool = False,
         victims: Sequence[Victim] = (),
     ) -> None:
         self._witnesses = Witnesses(judge) if leaderless else None
+        self._agreement = Agreement(settings.parted_s) if agreeing else None
         self._scene = scene
         self._settings = settings
         self._lockstep = lockstep
@@ -124,10 +128,11 @@ class World:
         strikes = self._strike(now)
         effects += [*strikes, *self._deliver(now)]
         for strike in strikes:  # whoever starts anew misses this instant, and hears the next one
-            if isinstance(strike, Strike) and strike.kind == "restart":
+            if isinstance(strike, Strike) and strike.kind in ("restart", "reboot"):
                 self.relay.switch_on(strike.peer)
         effects += self._sense(now)
         effects += self._judge(now)
+        effects += self._agree(now)
         self._next_tick = now + 0.5 * self._settings.step_s
         if self._time_limit is not None and now > self._time_limit + self._grace:
             effects += self._end("time_limit", f"{self._time_limit:g} s are over")
@@ -137,6 +142,16 @@ class World:
     def _grace(self) -> float:
         """How long after the time limit the mission may still go on [s]."""
         return _GRACE_S if self._witnesses is None else -_EPSILON
+
+    def _agree(self, now: float) -> list[Effect]:
+        """End the mission when all who are there say that it is over."""
+        if self._agreement is None:
+            return []
+        present = [name for name, robot in self.robots.items() if robot.connected]
+        if self._witnesses is None:
+            present.append(SERVER)
+        reason = self._agreement.over(present, now)
+        return self._end("explored", reason) if reason else []
 
     def _end(self, ended: Ended, reason: str) -> list[Effect]:
         """End the mission."""
@@ -162,30 +177,21 @@ class World:
             robot.command_stamp = now
         elif isinstance(message, Finished) and source == SERVER:
             return self._end(message.ended, message.reason)
+        elif isinstance(message, Through) and self._agreement is not None:
+            self._agreement.hear(source, message)
         elif self._witnesses is not None and source in self.robots:
             return self._hear_witness(source, message)
         return []
 
     def _hear_witness(self, name: str, message: Message) -> list[Effect]:
-        """Take a robot's word on the map, or that the mission is over for it."""
+        """Take a robot's word on the map."""
         assert self._witnesses is not None
-        if isinstance(message, Finished):
-            self._witnesses.finished(name, message)
-            return self._end_if_over()
         truth = {name: robot.motion.T_world_base for name, robot in self.robots.items()}
         try:
             self._witnesses.hear(name, message, truth)
         except ValueError as error:
             return list(self._dropped.enter("a word to the judge", name, str(error)))
         return []
-
-    def _present(self) -> list[str]:
-        return [name for name, robot in self.robots.items() if robot.connected]
-
-    def _end_if_over(self) -> list[Effect]:
-        """End the mission if it is over for all robots that are there."""
-        word = self._witnesses.over(self._present()) if self._witnesses else None
-        return self._end(word.ended, word.reason) if word else []
 
     def _joined(self, name: str, now: float) -> Joined:
         """Switch a robot's body on, or greet the server."""
@@ -194,8 +200,6 @@ class World:
         if robot is None:
             return Joined(**common)
         robot.connected = True
-        if self._witnesses is not None:
-            self._witnesses.joined(name)
         robot.T_wheel_base = IDENTITY
         robot.next_sweep = now
         perturbed = self._settings.perturb_starts
@@ -308,11 +312,11 @@ class World:
         while self._faults and self._faults[0][0] <= now + _EPSILON:
             _, name, kind = self._faults.pop(0)
             effects.append(Note("info", f"scripted fault at {now:.1f} s: {kind} {name}"))
-            if kind in ("kill", "restart"):
+            if kind in ("kill", "restart", "reboot"):
                 self.robots[name].connected = False
+                if self._agreement is not None:
+                    self._agreement.forget(name)
                 self.relay.switch_off(name)
-                if kind == "restart" and self._witnesses is not None:
-                    self._witnesses.restarting(name)
             effects.append(Strike(name, kind))
         return effects
 
@@ -327,7 +331,7 @@ class World:
         if self._witnesses is not None:
             if enough:
                 return self._end("coverage", f"coverage {covered:.3f}")
-            return [*self._witnesses.ask(self._present()), *self._end_if_over()]
+            return self._witnesses.ask([n for n, robot in self.robots.items() if robot.connected])
         if not enough or self._stop_sent:
             return []
         self._stop_sent = True

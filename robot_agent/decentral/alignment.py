@@ -17,12 +17,20 @@ from mapping.correlative_search import SearchWindow
 from mapping.geometry import Floats, Pose2
 from mapping.match_map import MapSettings, MatchMap
 from mapping.scan import LaserScan
+from mapping.scan_matching import match
+from mapping.scan_points import scan_points, turned_points
 
 # The others' scans from farther away than this do not show where the robot is [m].
 _NEAR = 12.0
 _SCANS_MOST = 150
 # Own scans take part that were made within this of the last one [m].
 _TOGETHER = 1.0
+
+
+# So many of these take part, and about so many end points of them all in the search: more would
+# make the search surer of itself than it may be, as scans from one spot share their errors.
+_OWN_MOST = 8
+_POINTS_MOST = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,12 +41,14 @@ class Fit:
         T_map_own: its pose.
         points: end points at walls.
         share: of the end points that fall where something is known, those at walls.
+        known: share of all end points that fall where something is known.
         sigma: one standard deviation of the place [m].
     """
 
     T_map_own: Pose2
     points: int
     share: float
+    known: float
     sigma: float
 
 
@@ -61,8 +71,8 @@ def align(
 ) -> Fit | None:
     """Return where the robot's own map lies in a map of the others, None with nothing to tell.
 
-    The last scan is searched for in a window of three standard deviations; scans made near it must
-    fit as well as it does.
+    What all scans made near the last one show together is searched for in a window of three
+    standard deviations: one scan alone fits in many places along a corridor.
 
     Args:
         around: what the others saw.
@@ -73,18 +83,38 @@ def align(
     if around.scans == 0:
         return None
     place, turn = sigma
-    last, T_own_last = own[-1]
-    window = SearchWindow(3.0 * place, min(3.0 * turn, math.pi))
-    prior: Floats = np.diag([place**2, place**2, turn**2])
-    found = around.match(last, T_map_own_guess @ T_own_last, prior, window)
+    T_own_last = own[-1][1]
+    near = [(s, pose) for s, pose in own if pose.distance_to(T_own_last) <= _TOGETHER][-_OWN_MOST:]
+    points = _together(near, T_own_last)
+    found = match(
+        around.grid,
+        around.surfaces,
+        points,
+        T_map_own_guess @ T_own_last,
+        np.diag([place**2, place**2, turn**2]),
+        around.settings.matching,
+        SearchWindow(3.0 * place, min(3.0 * turn, math.pi)),
+    )
     T_map_own = found.T_map_base @ T_own_last.inverse()
-    points, known = 0, 0
-    for scan, T_own_base in own:
-        if T_own_base.distance_to(T_own_last) > _TOGETHER:
-            continue
+    at_walls, known, all_points = 0, 0, 0
+    for scan, T_own_base in near:
         # Where it is now known to be: only the fit counts.
         held = around.match(scan, T_map_own @ T_own_base, np.diag([1e-4, 1e-4, 1e-5]))
-        points, known = points + held.explained, known + held.known
-    covariance = found.covariance[:2, :2]
-    sigma_found = math.sqrt(float(np.linalg.eigvalsh(covariance)[1]))
-    return Fit(T_map_own, points, points / known if known else 0.0, sigma_found)
+        at_walls, known = at_walls + held.explained, known + held.known
+        all_points += int(scan.hits.sum())
+    sigma_found = math.sqrt(float(np.linalg.eigvalsh(found.covariance[:2, :2])[1]))
+    return Fit(
+        T_map_own,
+        at_walls,
+        at_walls / known if known else 0.0,
+        known / all_points if all_points else 0.0,
+        sigma_found,
+    )
+
+
+def _together(scans: Sequence[tuple[LaserScan, Pose2]], T_own_base: Pose2) -> Floats:
+    """Return end points and facings of scans in the frame of a pose of the robot's, (N, 4)."""
+    T_base_own = T_own_base.inverse()
+    points = [turned_points(scan_points(scan), T_base_own @ pose) for scan, pose in scans]
+    joined = np.concatenate(points)
+    return np.ascontiguousarray(joined[:: max(1, len(joined) // _POINTS_MOST)])

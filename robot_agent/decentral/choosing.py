@@ -1,4 +1,8 @@
-"""What a robot does next, by its own bid and by where the others are; and when all are through."""
+"""What a robot does next, by its own bid and by where the others are; and when it is through.
+
+A robot is through when nothing is left that is worth a trip and all that it hears say so and hold
+the same. It waits at home, listens and shares: when it hears of more, it goes on.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from coordination.strategy import Strategy
 from coordination.tried_places import TriedPlaces
 from mapping.geometry import Floats, Pose2
 from protocol.crew import Crew
-from protocol.messages import Award, Bid, TaskEnd
+from protocol.messages import Award, Bid, TaskEnd, TeamPoses
 from robot_agent.agent import Agent
 from robot_agent.decentral.decision import Decision
 from robot_agent.decentral.settings import DecisionSettings
@@ -23,7 +27,7 @@ class Choosing:
 
     Attributes:
         crew: where everybody is, and what they are at.
-        through: whether the mission is over for this robot.
+        through: whether the mission is over as far as this robot knows.
         due: when something may have to be decided without news [s], or None.
     """
 
@@ -50,6 +54,10 @@ class Choosing:
     def last(self) -> tuple[RobotBid | None, TriedPlaces, float]:
         """The last bid, what was tried in vain, and the least gain [m2] that is worth a trip."""
         return self._decision.last
+
+    def team_poses(self, now: float) -> TeamPoses:
+        """Return where all are that are here: who was not heard for long may be anywhere."""
+        return self.crew.team_poses(now - self._settings.here_s)
 
     def bid(self, message: Bid, now: float) -> Award | None:
         """Decide on a new bid of the robot's own."""
@@ -85,20 +93,18 @@ class Choosing:
             return None
         return self._decision.go_home(home)
 
-    def agreed(self, held: int, now: float) -> bool:
-        """Return whether the mission has just ended: all are idle and hold the same, for a while.
+    def agree(self, held: int, now: float) -> None:
+        """See whether all are idle and hold the same, and have for a while: then it is through.
 
-        Who was not heard for long is not waited for.
+        Who was not heard for long is not waited for. If it comes back, this robot is not through
+        any more until both hold the same.
         """
-        if self.through:
-            return False
         if not (self._quiet(now) and self._all_say_so(held, now)):
             self._agreed_since = None
-            return False
-        if self._agreed_since is None:
+        elif self._agreed_since is None:
             self._agreed_since = now
-        self.through = now - self._agreed_since >= self._settings.agreed_s
-        return self.through
+        since = self._agreed_since
+        self.through = since is not None and now - since >= self._settings.agreed_s
 
     def _quiet(self, now: float) -> bool:
         since = self._decision.idle_since

@@ -18,10 +18,11 @@ from protocol.effects import Effect, Event, Note, Received, Rejected, Send
 from protocol.log_messages import LogHave, LogWant, Observations, PoseSet
 from protocol.messages import EVERYONE, SERVER, WORLD, Message
 from protocol.peer_messages import Beacon
-from protocol.world_messages import Finished, Joined
+from protocol.world_messages import Joined, Through
 from robot_agent.agent import Agent
 from robot_agent.decentral.beaconing import Beaconing
 from robot_agent.decentral.choosing import Choosing
+from robot_agent.decentral.memory import Memory
 from robot_agent.decentral.settings import PeerSettings
 from robot_agent.decentral.sharing import Sharing
 
@@ -57,6 +58,7 @@ class Peer:
         self.sharing = sharing
         self.choosing = Choosing(agent, strategy, settings.decision)
         self._beaconing = Beaconing(settings)
+        self._said = Through(through=False, held=0)
         self._answers: dict[type[Message], Callable[[Message, float], list[Effect]]] = {
             words.Hello: self._hello,
             words.Heartbeat: self._heartbeat,
@@ -101,10 +103,18 @@ class Peer:
         delta = self.sharing.delta_due(now)
         if delta is not None:
             effects += self._tell(delta, now)
+        was_tied = self.sharing.tied
         placed = self.sharing.place_due(now)
+        if self.sharing.tied and not was_tied:
+            effects.append(Note("info", f"knows where it is at {now:.1f} s"))
         if placed is not None:
             effects += self._tell(placed, now)
         return [*effects, *self._decide(now)]
+
+    def keep(self) -> bytes:
+        """Return what the robot writes down for its next start."""
+        where = self.agent.pose_map() if self.sharing.tied else None
+        return Memory(self.sharing.sync.log, where).pack()
 
     # --- what the robot's software would tell a server ------------------------------------------
 
@@ -130,19 +140,23 @@ class Peer:
     def _heartbeat(self, message: Message, now: float) -> list[Effect]:
         """Tell the others where the robot is, and see how long nothing was left to do."""
         assert isinstance(message, words.Heartbeat)
-        body = (self.life, self.agent.body.radius_m, 0.0)
-        held, where = self.sharing.checksum(), self.agent.pose_map()
+        about = self.sharing.whereabouts
+        body = (self.sharing.sync.log.me.life, self.agent.body.radius_m, about.sigma[0])
+        held, where = self.sharing.checksum(), about.T_map_own @ message.T_odom_base
+        if self.sharing.tied:
+            where = self.agent.pose_map()
         beacon = self._beaconing.due(message, where, self.choosing, body, held, now)
         if beacon is None:
             return []
         self.choosing.crew.hear(self.name, beacon, now)
-        return [Send("radio", EVERYONE, beacon)]
+        return [Send("radio", EVERYONE, beacon), *self._tell(self.choosing.team_poses(now), now)]
 
     def _report(self, message: Message, now: float) -> list[Effect]:
-        """Share what the robot saw, unless the mission is over for it."""
+        """Share what the robot saw."""
         assert isinstance(message, words.ScanReport)
-        if not self.choosing.through:
-            self.sharing.observe(message, now)
+        radius = self.agent.body.radius_m
+        radii = self.choosing.crew.unplaced if self.sharing.tied else (radius,)
+        self.sharing.observe(message, radii, now)
         return self._tell(words.ReportsReceived(number=message.number), now)
 
     def _bid(self, message: Message, now: float) -> list[Effect]:
@@ -168,12 +182,13 @@ class Peer:
         """Take a teammate's word."""
         source = header.source
         if not self.sharing.hears(source, now):
+            self.choosing.crew.forget(source)
             return []
         if isinstance(message, _LOG):
             return self.sharing.take(source, message, now)
         if isinstance(message, Beacon):
             if self.choosing.crew.hear(source, message, header.stamp):
-                return self._tell(self.choosing.crew.team_poses(), now)
+                return self._tell(self.choosing.team_poses(now), now)
         elif isinstance(message, words.TightPlace):
             return self._tell(message, now)
         return []
@@ -187,13 +202,20 @@ class Peer:
     # --- deciding -------------------------------------------------------------------------------
 
     def _decide(self, now: float) -> list[Effect]:
-        """Drive home when nothing is left to do; end when that is so for everybody."""
+        """Drive home when nothing is left to do; say so when that is so for all that are heard."""
         award = self.choosing.idle_word(now, self.sharing.home)
         effects = self._tell(award, now) if award else []
-        if self.choosing.agreed(self.sharing.checksum(), now):
-            reason = "nothing useful is left, and all hold the same"
-            end = words.MissionEnd(ended="explored", reason=reason)
-            effects += self._tell(end, now)
-            note = Note("info", f"through at {now:.1f} s: {reason}")
-            effects += [note, Send("body", WORLD, Finished(ended="explored", reason=reason))]
-        return effects
+        held = self.sharing.checksum()
+        self.choosing.agree(held, now)
+        through = self.choosing.through
+        if not (through or self._said.through):
+            return effects
+        shut_out = tuple(sorted(self.sharing.sync.standing.isolated))
+        word = Through(through=through, held=held, shut_out=shut_out)
+        if word == self._said:
+            return effects
+        if through != self._said.through:
+            text = f"through at {now:.1f} s: nothing useful is left, and all hold the same"
+            effects.append(Note("info", text if through else f"goes on at {now:.1f} s"))
+        self._said = word
+        return [*effects, Send("body", WORLD, word)]

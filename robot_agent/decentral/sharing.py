@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from mapping.geometry import Floats, Pose2, pose_from
 from mapping.observation_coding import Observation, encode_observation
-from mapping.scan import LaserScan
 from mapping.scan_coding import ScanCodingSettings
 from mapping.shared_map import SharedMap
 from protocol.effects import Effect, Send
@@ -19,15 +19,13 @@ from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
 from protocol.pose_coding import PoseTable, pose_of, pose_steps
 from protocol.world_messages import Joined
-from robot_agent.decentral.alignment import align, map_around
 from robot_agent.decentral.own_poses import OwnPoses, moved
 from robot_agent.decentral.settings import PeerSettings
+from robot_agent.decentral.tying import Tying, Whereabouts, left_at, scan_of, told_at_start
+from robot_agent.decentral.unplaced import without_discs
 from robot_agent.local_mapping import LocalMapping
 
 _EPSILON = 1e-9
-# A robot that was started anew stands about where it last told that it was [m], [rad].
-_LEFT_SIGMA = (0.5, math.radians(30.0))
-_HELD_MOST = 200  # observations of a robot that does not know where it is
 
 
 class Sharing:
@@ -38,6 +36,7 @@ class Sharing:
         shared: draws it.
         settings: how often, and how exactly.
         reference: whether this robot stands where it was told by definition: the others fit theirs.
+        left: where the robot wrote down that it was when its software ended, map frame.
 
     Attributes:
         feed: tells the map to the robot's software.
@@ -46,7 +45,12 @@ class Sharing:
     """
 
     def __init__(
-        self, sync: LogSync, shared: SharedMap, settings: PeerSettings, reference: bool
+        self,
+        sync: LogSync,
+        shared: SharedMap,
+        settings: PeerSettings,
+        reference: bool,
+        left: Pose2 | None = None,
     ) -> None:
         self.sync = sync
         self.shared = shared
@@ -60,9 +64,9 @@ class Sharing:
         self._reference = reference
         self._own: OwnPoses | None = None
         self._first = True
-        self._guess = Pose2(0.0, 0.0, 0.0)
-        self._sigma = (0.0, 0.0)
-        self._waiting: list[ScanReport] = []
+        self._left = left
+        self._told_start = Whereabouts(Pose2(0.0, 0.0, 0.0), (0.0, 0.0))
+        self._tying = Tying(settings)
         self._told: ScanReport | None = None
         self._rows: list[int] = []  # which report each entry of this start was, from 0
         self._updated: Pose2 | None = None
@@ -82,21 +86,36 @@ class Sharing:
             first: whether it stands where it was told, and was not started anew somewhere.
         """
         self._mapping = mapping
-        self._guess = joined.start or Pose2(0.0, 0.0, 0.0)
-        self._sigma = (joined.start_sigma_m, math.radians(joined.start_sigma_deg))
+        self._told_start = told_at_start(joined)
         self._first = first
         if first and (self._reference or joined.start_sigma_m <= self._settings.tied_m):
-            self._tie(self._guess)
+            self._tie(self._told_start.T_map_own)
 
     @property
     def tied(self) -> bool:
         """Whether the robot knows where its own map lies in the team's."""
         return self._own is not None
 
-    def observe(self, report: ScanReport, now: float) -> None:
-        """Share what the robot saw, or keep it until it knows where that was."""
+    @property
+    def whereabouts(self) -> Whereabouts:
+        """Where the robot's own map lies in the team's, as far as it knows."""
+        if self._own is not None:
+            return Whereabouts(self._own.T_map_own, (0.0, 0.0))
+        return self._told_start if self._first else left_at(self.sync, self._left, self._told_start)
+
+    def observe(self, report: ScanReport, unplaced: Sequence[float], now: float) -> None:
+        """Share what the robot saw, or keep it until it knows where that was.
+
+        Args:
+            report: of a scan.
+            unplaced: radii [m] of teammates that may be anywhere: they are not to become walls.
+            now: mission time [s].
+        """
+        if unplaced:
+            ranges = without_discs(scan_of(report), unplaced).ranges
+            report = report.model_copy(update={"ranges": ranges})
         if self._own is None:
-            self._waiting = [*self._waiting, report][-_HELD_MOST:]
+            self._tying.add(report)
             return
         self._append(report, now)
 
@@ -105,7 +124,7 @@ class Sharing:
         if now < self._next_repose - _EPSILON or self._mapping is None:
             return None
         self._next_repose = now + self._settings.repose_period_s
-        if self._own is None and self._waiting:
+        if self._own is None and self._tying.due(now):
             self._try_to_tie(now)
         if self._own is None:
             return None
@@ -142,6 +161,8 @@ class Sharing:
     def take(self, peer: str, message: LogMessage, now: float) -> list[Effect]:
         """Take a peer's word about logs."""
         sent = self.sync.handle(peer, message, now)
+        if self.sync.overtaken:
+            self._begin_life(now)
         return [*(Send("radio", out.to, out.message) for out in sent), *self.sync.take_notes()]
 
     def fault(self, peer: str, reason: str, now: float) -> list[Effect]:
@@ -186,24 +207,34 @@ class Sharing:
         entries = [*changes.entries, *changes.replaced]
         bad = self.shared.take_in(self.held, entries, changes.repositioned, changes.forgotten)
         for (author, number), reason in bad:
-            self.sync.fault(self.held.told_by(author, number), reason, now)
+            # Whoever only passed it on could not help it: it holds what the others hold.
+            if self.held.told_by(author, number) == author[0]:
+                self.sync.fault(author[0], reason, now)
 
     # --- steps ----------------------------------------------------------------------------------
 
     def _tie(self, T_map_own: Pose2) -> None:
         """The robot knows where its own map lies in the team's."""
         self._own = OwnPoses(self._kept, T_map_own)
-        self.home = (T_map_own.x, T_map_own.y)
+        first = self._first_pose() or T_map_own
+        self.home = (first.x, first.y)
 
-    def _left_at(self) -> tuple[Pose2, tuple[float, float]]:
-        """Return where the robot was last known to be before it was started anew, and how well."""
-        me = self.sync.log.me
-        for author in sorted(self.sync.log.authors(), reverse=True):
+    def _first_pose(self) -> Pose2 | None:
+        """Return where the robot was when it wrote its very first entry, None if none is held."""
+        for author in self.sync.log.authors():
             log = self.sync.log.of(author)
-            top = len(self._kept) if author == me else log.top
-            if author.robot == me.robot and top in log.entries:
-                return pose_of(log.pose(top)), _LEFT_SIGMA
-        return self._guess, (max(self._sigma[0], _LEFT_SIGMA[0]), _LEFT_SIGMA[1])
+            if author.robot == self.sync.log.me.robot and 1 in log.entries:
+                return pose_of(log.pose(1))
+        return None
+
+    def _begin_life(self, now: float) -> None:
+        """Others hold more of this life than the robot wrote down: it goes on in a new one."""
+        me = self.sync.log.me
+        lives = [author.life for author in self.sync.log.authors() if author.robot == me.robot]
+        self.sync.begin_life(max(lives) + 1, now)
+        self._kept = own_table(self.sync)[:0]
+        if self._own is not None:
+            self._own = OwnPoses(self._kept, self._own.T_map_own)
 
     def _append(self, report: ScanReport, now: float) -> None:
         assert self._own is not None
@@ -233,24 +264,15 @@ class Sharing:
             )
 
     def _try_to_tie(self, now: float) -> None:
-        """Look whether what the robot saw fits what the others saw around there."""
+        """Look whether what the robot saw fits what was seen around there before."""
         self.follow(now)
-        own = [(scan_of(report), report.T_odom_base) for report in self._waiting]
-        guess, sigma = (self._guess, self._sigma) if self._first else self._left_at()
         scans = self.shared.scans(self.sync.log.me, len(self._kept))
-        around = map_around(scans, guess @ own[-1][1], self.shared.team.resolution)
-        fit = align(around, own, guess, sigma)
-        settings = self._settings
-        if (
-            fit is None
-            or fit.points < settings.align_points
-            or fit.share < settings.align_fit
-            or fit.sigma > settings.align_sigma_m
-        ):
+        resolution = self.shared.team.resolution
+        T_map_own = self._tying.attempt(scans, self.whereabouts, resolution, now)
+        if T_map_own is None:
             return
-        self._tie(fit.T_map_own)
-        waiting, self._waiting = self._waiting, []
-        for report in waiting:
+        self._tie(T_map_own)
+        for report in self._tying.take():
             self._append(report, now)
 
 
@@ -259,15 +281,3 @@ def own_table(sync: LogSync) -> PoseTable:
     own = sync.log.own
     rows = [own.pose(number) for number in range(1, own.count + 1)]
     return np.array(rows, dtype=np.int32).reshape(-1, 3)
-
-
-def scan_of(report: ScanReport) -> LaserScan:
-    """Return the scan that a report tells of."""
-    return LaserScan(
-        report.ranges,
-        report.bearing_start_rad,
-        report.bearing_step_rad,
-        report.range_max_m,
-        report.stamp_s,
-        report.T_base_laser,
-    )

@@ -173,6 +173,7 @@ def examples() -> dict[str, Message]:
         body.Fault(kind="restart"),
         body.Shutdown(reason="over"),
         body.Finished(ended="time_limit", reason="60 s are over"),
+        body.Through(through=True, held=7, shut_out=("robot3",)),
         body.Ping(value=1.5),
     ]
     return {message.type: message for message in some}

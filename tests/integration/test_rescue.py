@@ -1,0 +1,116 @@
+"""Robots without a master hold the same map, whatever their links and their software suffer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from expedition.launch import Watch, run_team
+from protocol.messages import Message
+from tests.integration.hostile_robot import LIES, Hostile
+from tests.integration.rescue_team import ALONE, KNOWN, Watched, in_order, rescue
+
+pytestmark = pytest.mark.slow
+
+PARTED = (
+    "world.radio.partitions=[{start_s = 15.0, duration_s = 185.0, groups = [['robot1', 'robot3']]}]"
+)
+HEALED = 200.0
+
+
+def check_complete(watched: Watched) -> None:
+    """All hold the same, and nobody lacks anything."""
+    numbers = list(watched.numbers().values())
+    assert all(held == numbers[0] for held in numbers)
+    assert all(in_order(held) for held in numbers[0].values())
+    digests = set(watched.digests().values())
+    assert len(digests) == 1 and digests != {""}
+
+
+def test_four_robots_explore_without_a_server_and_hold_the_same_map() -> None:
+    watched = Watched(rescue(ALONE, KNOWN))
+    assert watched.run() == "explored"
+    check_complete(watched)
+    assert len(watched.numbers()["robot1"]) == 4
+
+
+def test_a_server_that_listens_holds_the_same_map(tmp_path: Path) -> None:
+    summary = run_team(rescue(KNOWN), tmp_path, Watch(), in_process=True)
+    assert summary["ended"] == "explored"
+    held = {robot["map_digest"] for robot in summary["robots"]}
+    assert held == {summary["map"]["digest"]} != {None}
+    assert summary["coverage"] > 0.98
+
+
+def test_loss_doubles_and_disorder_leave_no_gap() -> None:
+    bad = (
+        "world.radio.loss=0.3",
+        "world.radio.duplication=0.1",
+        "world.radio.reordering=0.2",
+    )
+    watched = Watched(rescue(ALONE, KNOWN, *bad))
+    assert watched.run() == "explored"
+    check_complete(watched)
+
+
+def test_a_partition_longer_than_anybody_waits_heals() -> None:
+    watched = Watched(rescue(ALONE, KNOWN, PARTED))
+    before, missing, equal = 0, 0, 0.0
+    alone: set[str] = set()
+
+    def look(now: float) -> None:
+        nonlocal before, missing, equal
+        if now < HEALED - 0.05:
+            alone.update(name for name, peer in watched.peers.items() if peer.choosing.through)
+            before = watched.log_bytes()["air"]
+            missing = watched.missing_bytes() if now > HEALED - 0.15 else 0
+        elif not equal and len(set(watched.held().values())) == 1:
+            equal = now
+
+    assert watched.run(look) == "explored"
+    assert len(alone) == 4  # each pair was through by itself, and the world waited
+    assert any("goes on" in note for note in watched.notes)
+    assert HEALED < equal <= HEALED + 30.0
+    assert watched.log_bytes()["air"] - before <= 1.2 * missing
+    check_complete(watched)
+
+
+def test_robots_started_anew_go_on_with_the_map_of_the_team() -> None:
+    struck = (
+        'world.faults=[{at_s = 30.0, robot = "robot2", kind = "restart"}, '
+        '{at_s = 45.0, robot = "robot4", kind = "reboot"}]'
+    )
+    watched = Watched(rescue(ALONE, KNOWN, struck))
+    assert watched.run() == "explored"
+    check_complete(watched)
+    lives = dict.fromkeys(watched.numbers()["robot1"])
+    assert ("robot2", 1) in lives  # its log was lost: a new life
+    assert ("robot4", 1) not in lives  # its log was kept: the life goes on
+
+
+def test_robots_that_hardly_know_where_they_start_find_each_other(tmp_path: Path) -> None:
+    team = rescue(ALONE, "world.perturb_starts=true")
+    summary = run_team(team, tmp_path, Watch(), in_process=True)
+    assert summary["ended"] == "explored"
+    held = {robot["map_digest"] for robot in summary["robots"]}
+    assert held == {summary["map"]["digest"]} != {None}
+    assert max(robot["trajectory_rmse_m"] for robot in summary["robots"]) <= 0.15
+
+
+@pytest.mark.parametrize("lie", LIES, ids=lambda lie: lie.__name__)
+def test_a_hostile_robot_is_named_and_shut_out_and_the_others_finish(
+    lie: Callable[[Message], Message],
+) -> None:
+    watched = Watched(rescue(ALONE, KNOWN))
+    host = watched.hosts["robot4"]
+    host.core = Hostile(host.core, lie, since=12.0)
+    assert watched.run() == "explored"
+    honest = [f"robot{number}" for number in (1, 2, 3)]
+    for name in honest:
+        assert list(watched.peer(name).sharing.sync.standing.isolated) == ["robot4"]
+        named = [note for note in watched.notes if note.startswith(name) and "isolated" in note]
+        assert len(named) == 1 and "robot4 is isolated" in named[0]
+    assert len({watched.held()[name] for name in honest}) == 1
+    assert len({watched.digests()[name] for name in honest}) == 1
