@@ -58,16 +58,17 @@ class Answering:
         wanted = self.wanted.setdefault(peer, {})
         for index, author in enumerate(authors):
             log = self._log.of(author)
-            if 0 < message.versions[index] <= log.version:
-                wanted.setdefault((author, 0), now)
-                if author == self._log.me:
-                    self._bases[peer] = message.bases[index] - 1 if message.bases else -1
             ranges = [(first, last) for i, first, last in message.ranges if i == index]
             for number in numbers_of(ranges, self._settings.request_entries):
                 if len(wanted) > 2 * self._settings.request_entries:
                     break
                 if number in log.entries:
                     wanted.setdefault((author, number), now)
+            # New poses come last: they may be told as differences to those of the entries.
+            if 0 < message.versions[index] <= log.version:
+                wanted.setdefault((author, 0), now)
+                if author == self._log.me:
+                    self._bases[peer] = message.bases[index] - 1 if message.bases else -1
         if not wanted:
             self.forget(peer)
         self._schedule(now)

@@ -230,18 +230,19 @@ class Asking:
         return LogWant(
             **listing(authors),
             versions=versions,
-            bases=tuple(self._base(author) for author in authors),
+            bases=tuple(self._base(author, keys) for author in authors),
             ranges=tuple(ranges[:RANGES_IN_FRAME]),
         )
 
-    def _base(self, author: Author) -> int:
+    def _base(self, author: Author, keys: list[Key]) -> int:
         """Return to what an author's poses may be told as differences.
 
-        That is tried once, and only if no entries lack, which the differences may speak of.
+        That is tried once, and only if the same request asks for all entries that lack: the
+        differences may speak of them.
         """
         asked = self.asked.get((author, 0))
         if asked is None or asked.attempts > 1 or (author, 0) in self._doubted:
             return 0
-        if any(other == author and number for other, number in self.asked):
+        if any(key[0] == author and key not in keys for key in self.asked):
             return 0
         return 1 + self._log.of(author).version

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.log_answering import Answering
+from protocol.log_asking import _Asked
 from protocol.log_messages import LogWant, PoseSet, pose_set
 from protocol.log_settings import LogSyncSettings
 from protocol.log_sync import LogSync
@@ -163,3 +164,28 @@ def test_what_is_held_is_always_some_revision_of_its_author(
         carry(ann, ben, float(step), most=99 if arrives else 0)
         held = ben.log.of(ANN)
         assert held.poses.tolist() == told[held.version]
+
+
+def test_who_lacks_entries_too_gets_them_first_and_then_the_differences() -> None:
+    ann, ben = driven(), member("ben")
+    carry(ann, ben, 0.0)
+    ann.append(b"more", (3, 0, 0), 1.0)
+    ann.revise(table(5, 6, 7), 1.0)
+    carry(ann, ben, 1.0, most=0)
+    ann.append(b"more", (4, 0, 0), 2.0)
+    ann.revise(table(5, 6, 7, 9), 2.0)
+    carry(ann, ben, 2.0)
+    assert ben.asking.due is not None
+    asked = [out.message for out in ben.tick(ben.asking.due)]
+    (request,) = [message for message in asked if isinstance(message, LogWant)]
+    assert (request.ranges, request.bases) == (((0, 3, 3),), (1,))
+    ann.handle("ben", request, 8.0)
+    for _, answer in ann.tick(9.0):
+        ben.handle("ann", answer, 9.0)
+    assert ben.log.digest() == ann.log.digest()
+    # Entries that somebody else was asked for may come later than the answer: then all is wanted.
+    other = member("cat")
+    carry(ann, other, 3.0)
+    other.asking.asked[ANN, 2] = _Asked(1, 99.0)
+    other.asking.asked[ANN, 0] = _Asked(1, 99.0)
+    assert other.asking._base(ANN, [(ANN, 0)]) == 0
