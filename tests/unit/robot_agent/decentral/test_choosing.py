@@ -135,12 +135,17 @@ def test_one_that_is_at_home_or_knows_of_none_stays(home: tuple[float, float] | 
 # --- the end -------------------------------------------------------------------------------------
 
 
+def through(mine: Choosing, now: float) -> bool:
+    mine.agree(HELD, now)
+    return mine.through
+
+
 def agreed_at(mine: Choosing, until: float, **told: object) -> float | None:
     """When it says that the mission is over, told all the time the same by bob."""
     for k in range(round(until) + 1):
         if told:
             mine.crew.hear("bob", beacon(**{"idle": True, "held": HELD, **told}), float(k))
-        if mine.agreed(HELD, float(k)):
+        if through(mine, float(k)):
             return float(k)
     return None
 
@@ -149,7 +154,7 @@ def test_alone_it_is_over_when_nothing_was_found_for_long_enough() -> None:
     mine = idle()
     assert agreed_at(mine, 20.0) == SETTINGS.quiet_s + SETTINGS.agreed_s
     assert mine.through
-    assert not mine.agreed(HELD, 30.0), "told once"
+    assert through(mine, 30.0)
     assert mine.idle_word(30.0, (9.0, 9.0)) is None
 
 
@@ -218,9 +223,7 @@ def test_it_is_agreed_only_if_all_that_are_waited_for_said_so_for_long_enough(
             )
             since = None if not ready else (now if since is None else since)
             expected = since is not None and now - since >= SETTINGS.agreed_s
-            assert mine.agreed(HELD, now) == expected
-            if expected:
-                return
+            assert through(mine, now) == expected
             now += 1.0
 
 
