@@ -11,7 +11,7 @@ from expedition.commands.options import settings_from
 from expedition.launch import Watch, run_team
 from expedition.team import ready_made
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]  # two missions, one over sockets
 
 WORLD = "office_single_corridor"
 QUICK = ("network.server_port=0", "robot.estimator=scan_matching", "checkpoint_s=0")
