@@ -25,6 +25,8 @@ _EPSILON = 1e-9
 _LEFT_SIGMA = (0.7, math.radians(60.0))
 # Where it wrote down itself that it was, it is [m], [rad].
 _KEPT_SIGMA = (0.15, math.radians(10.0))
+# Two tries that found the same place differ by no more than this [m], [rad].
+_AGREED = (0.1, math.radians(2.0))
 _HELD_MOST = 200  # observations
 
 
@@ -76,6 +78,7 @@ class Tying:
         self._settings = settings
         self._tried = 0  # the number of the newest report at the last try
         self._next = 0.0
+        self._found: Pose2 | None = None  # by the last try
 
     def add(self, report: ScanReport) -> None:
         """Keep what the robot saw."""
@@ -96,6 +99,9 @@ class Tying:
     ) -> Pose2 | None:
         """Return where the robot's own map lies, None if what it saw does not fit well anywhere.
 
+        Two tries must find the same place: a wrong one that fits the little that is known does not
+        fit any more when there is more.
+
         Args:
             scans: what others saw, and where, map frame.
             about: where the robot's own map is thought to lie.
@@ -114,6 +120,10 @@ class Tying:
             or fit.known < settings.align_known
             or fit.sigma > settings.align_sigma_m
         ):
+            self._found = None
+            return None
+        before, self._found = self._found, fit.T_map_own
+        if before is None or before.moved(fit.T_map_own, _AGREED[0], _AGREED[1]):
             return None
         return fit.T_map_own
 
