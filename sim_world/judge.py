@@ -18,6 +18,7 @@ from protocol.map_cells import LARGEST_CELLS, dequantise, unpack_cells
 from protocol.messages import MapDelta, MapSnapshot, Message, TeamPoses
 from sim_world.truth import CoverageJudge
 
+_FRESH = 0.5  # [s]
 _KEPT_PAIRS = 1000  # pose pairs kept for the fit; older ones are thinned out
 
 
@@ -49,12 +50,13 @@ class Judge:
         steps = np.arange(256, dtype=np.uint8).view(np.int8)
         self._class_of_byte = classify(dequantise(steps), self.p_obstacle, self.p_clear)
 
-    def hear(self, message: Message, truth: dict[str, Pose2]) -> bool:
+    def hear(self, message: Message, truth: dict[str, Pose2], now: float) -> bool:
         """Take a message that the server publishes; return false when a map delta was missed.
 
         Args:
             message: a map snapshot or delta, team poses, or something of no interest.
             truth: the robots' true poses, world frame, by name.
+            now: mission time [s].
 
         Raises:
             ValueError: the bytes do not hold the cells announced, or the map would grow beyond
@@ -67,7 +69,7 @@ class Judge:
                 return False
             self._delta(message)
         elif isinstance(message, TeamPoses):
-            self._poses(message, truth)
+            self._poses(message, truth, now)
         return True
 
     def measure(self, now: float) -> float:
@@ -118,12 +120,12 @@ class Judge:
         cells = unpack_cells(message.cells, message.rows, message.cols)
         return self._class_of_byte[cells.view(np.uint8)]
 
-    def _poses(self, message: TeamPoses, truth: dict[str, Pose2]) -> None:
-        """Keep where robots believe to be beside where they are."""
-        for name, (_, x, y, _theta) in zip(
+    def _poses(self, message: TeamPoses, truth: dict[str, Pose2], now: float) -> None:
+        """Keep where robots believe to be beside where they are; old news say where they were."""
+        for name, (stamp, x, y, _theta) in zip(
             message.robots, message.poses_map.tolist(), strict=False
         ):
-            if name in truth:
+            if name in truth and now - stamp <= _FRESH:
                 self._pairs[self._paired] = truth[name].x, truth[name].y, x, y
                 self._paired += 1
         if self._paired > _KEPT_PAIRS:

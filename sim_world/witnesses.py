@@ -32,11 +32,11 @@ class Witnesses:
         self._asked = present[0]
         return [Send("body", self._asked, MapRequest(have=have))]
 
-    def hear(self, name: str, message: Message, truth: dict[str, Pose2]) -> None:
+    def hear(self, name: str, message: Message, truth: dict[str, Pose2], now: float) -> None:
         """Take what a robot answers; what nobody asked it for does not count.
 
         Raises:
             ValueError: it is no map, see `Judge.hear`.
         """
         if name == self._asked and isinstance(message, MapSnapshot | MapDelta | TeamPoses):
-            self._judge.hear(message, truth)
+            self._judge.hear(message, truth, now)

@@ -188,7 +188,7 @@ class World:
         assert self._witnesses is not None
         truth = {name: robot.motion.T_world_base for name, robot in self.robots.items()}
         try:
-            self._witnesses.hear(name, message, truth)
+            self._witnesses.hear(name, message, truth, self._now)
         except ValueError as error:
             return list(self._dropped.enter("a word to the judge", name, str(error)))
         return []
@@ -252,7 +252,7 @@ class World:
         truth = {name: robot.motion.T_world_base for name, robot in self.robots.items()}
         try:
             _, message = decode(event.frame)
-            heard = self.judge.hear(message, truth)
+            heard = self.judge.hear(message, truth, self._now)
         except (ProtocolError, ValueError) as error:
             return list(self._dropped.enter("a word to the judge", SERVER, str(error)))
         if heard:

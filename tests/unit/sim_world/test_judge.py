@@ -70,7 +70,7 @@ def poses(**at: tuple[float, float]) -> TeamPoses:
 def test_a_perfect_map_covers_everything() -> None:
     one = judge()
     assert one.measure(0.0) == 0.0
-    assert one.hear(whole_truth(5), {})
+    assert one.hear(whole_truth(5), {}, 0.0)
     assert one.number == 5
     assert one.measure(1.0) == pytest.approx(1.0)
     assert one.measure(2.0) == pytest.approx(1.0)  # nothing new: the last figure stands
@@ -79,9 +79,9 @@ def test_a_perfect_map_covers_everything() -> None:
 
 def test_deltas_build_the_map_and_grow_it() -> None:
     one = judge()
-    assert one.hear(delta(1, -5, -5, 4, 6), {})
-    assert one.hear(delta(2, 5, 0, 3, 3, 3.0), {})
-    assert one.hear(delta(3, -9, -9, 2, 2), {})
+    assert one.hear(delta(1, -5, -5, 4, 6), {}, 0.0)
+    assert one.hear(delta(2, 5, 0, 3, 3, 3.0), {}, 0.0)
+    assert one.hear(delta(3, -9, -9, 2, 2), {}, 0.0)
     classes = one.classes()
     assert one.geometry is not None
     assert (classes == CLEAR).sum() == 4 * 6 + 2 * 2
@@ -93,18 +93,18 @@ def test_deltas_build_the_map_and_grow_it() -> None:
 
 def test_a_missed_delta_is_noticed_and_an_old_one_is_ignored() -> None:
     one = judge()
-    assert not one.hear(delta(2, 0, 0, 2, 2), {})
-    assert one.hear(delta(1, 0, 0, 2, 2), {})
-    assert not one.hear(delta(3, 0, 0, 2, 2), {})
-    assert one.hear(delta(1, 0, 0, 2, 2, 3.0), {})
+    assert not one.hear(delta(2, 0, 0, 2, 2), {}, 0.0)
+    assert one.hear(delta(1, 0, 0, 2, 2), {}, 0.0)
+    assert not one.hear(delta(3, 0, 0, 2, 2), {}, 0.0)
+    assert one.hear(delta(1, 0, 0, 2, 2, 3.0), {}, 0.0)
     assert (one.classes() == OBSTACLE).sum() == 0
-    assert one.hear(whole_truth(9), {})
-    assert one.hear(delta(10, 0, 0, 2, 2), {})
+    assert one.hear(whole_truth(9), {}, 0.0)
+    assert one.hear(delta(10, 0, 0, 2, 2), {}, 0.0)
 
 
 def test_what_is_of_no_interest_is_passed_over() -> None:
     one = judge()
-    assert one.hear(RobotLost(robot="a", state="lost"), {})
+    assert one.hear(RobotLost(robot="a", state="lost"), {}, 0.0)
     assert one.number == 0
 
 
@@ -115,8 +115,8 @@ def test_the_map_is_laid_onto_the_world_where_robots_truly_were() -> None:
     for k in range(6):
         x, y = 0.3 * k, 0.1 * k * k
         T_world_base = T_world_map @ Pose2(x, y, 0.0)
-        one.hear(poses(a=(x, y), ghost=(0.0, 0.0)), {"a": T_world_base})
-    one.hear(delta(1, 0, 0, 2, 2), {})
+        one.hear(poses(a=(x, y), ghost=(0.0, 0.0)), {"a": T_world_base}, 0.0)
+    one.hear(delta(1, 0, 0, 2, 2), {}, 0.0)
     one.measure(1.0)
     assert one.T_world_map.x == pytest.approx(0.4)
     assert one.T_world_map.theta == pytest.approx(0.5)
@@ -125,8 +125,8 @@ def test_the_map_is_laid_onto_the_world_where_robots_truly_were() -> None:
 def test_without_any_way_driven_the_frames_count_as_one() -> None:
     one = judge()
     for _ in range(5):
-        one.hear(poses(a=(0.0, 0.0)), {"a": Pose2(1.0, 1.0, 0.0)})
-    one.hear(delta(1, 0, 0, 2, 2), {})
+        one.hear(poses(a=(0.0, 0.0)), {"a": Pose2(1.0, 1.0, 0.0)}, 0.0)
+    one.hear(delta(1, 0, 0, 2, 2), {}, 0.0)
     one.measure(1.0)
     assert one.T_world_map == HALF
 
@@ -136,13 +136,13 @@ def test_old_poses_are_thinned_out() -> None:
     truth = {f"r{k}": Pose2(math.sin(k), math.cos(k), 0.0) for k in range(200)}
     at = {name: (pose.x, pose.y) for name, pose in truth.items()}
     for _ in range(25):
-        one.hear(poses(**at), truth)
+        one.hear(poses(**at), truth, 0.0)
     assert one._paired <= 4000
 
 
 def test_a_map_beyond_all_reason_is_not_believed() -> None:
     one = judge()
-    assert one.hear(delta(1, 0, 0, 4, 4), {})
+    assert one.hear(delta(1, 0, 0, 4, 4), {}, 0.0)
     with pytest.raises(ValueError, match="not believed"):
-        one.hear(delta(2, 10**6, 10**6, 4, 4), {})
+        one.hear(delta(2, 10**6, 10**6, 4, 4), {}, 0.0)
     assert one.number == 1 and one.classes().size < 10**6

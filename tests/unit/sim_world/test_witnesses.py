@@ -5,7 +5,6 @@ import pytest
 from mapping.geometry import Pose2
 from protocol.effects import Send
 from protocol.messages import MapRequest, ReportsReceived
-from protocol.world_messages import Finished
 from sim_world.witnesses import Witnesses
 from tests.unit.sim_world.test_judge import delta, judge, whole_truth
 
@@ -23,9 +22,9 @@ def test_with_nobody_there_nobody_is_asked() -> None:
 def test_the_first_is_asked_for_what_changed_since_it_was_heard() -> None:
     witnesses = Witnesses(judge())
     assert witnesses.ask(["ann", "bob"]) == asked(0, "ann")
-    witnesses.hear("ann", whole_truth(7), TRUTH)
+    witnesses.hear("ann", whole_truth(7), TRUTH, 0.0)
     assert witnesses.ask(["ann", "bob"]) == asked(7, "ann")
-    witnesses.hear("ann", delta(8, 0, 0, 2, 2), TRUTH)
+    witnesses.hear("ann", delta(8, 0, 0, 2, 2), TRUTH, 0.0)
     assert witnesses.ask(["ann", "bob"]) == asked(8, "ann")
 
 
@@ -33,9 +32,9 @@ def test_another_one_is_asked_for_everything() -> None:
     the_judge = judge()
     witnesses = Witnesses(the_judge)
     witnesses.ask(["ann"])
-    witnesses.hear("ann", whole_truth(7), TRUTH)
+    witnesses.hear("ann", whole_truth(7), TRUTH, 0.0)
     assert witnesses.ask(["bob"]) == asked(0, "bob")
-    witnesses.hear("bob", whole_truth(3), TRUTH)
+    witnesses.hear("bob", whole_truth(3), TRUTH, 0.0)
     assert the_judge.number == 3
     assert witnesses.ask(["bob"]) == asked(3, "bob")
 
@@ -43,31 +42,16 @@ def test_another_one_is_asked_for_everything() -> None:
 def test_what_nobody_asked_for_does_not_count() -> None:
     the_judge = judge()
     witnesses = Witnesses(the_judge)
-    witnesses.hear("ann", whole_truth(7), TRUTH)
+    witnesses.hear("ann", whole_truth(7), TRUTH, 0.0)
     witnesses.ask(["ann"])
-    witnesses.hear("bob", whole_truth(7), TRUTH)
-    witnesses.hear("ann", ReportsReceived(number=3), TRUTH)
+    witnesses.hear("bob", whole_truth(7), TRUTH, 0.0)
+    witnesses.hear("ann", ReportsReceived(number=3), TRUTH, 0.0)
     assert the_judge.geometry is None
 
 
 def test_what_is_no_map_is_refused() -> None:
     witnesses = Witnesses(judge())
     witnesses.ask(["ann"])
-    witnesses.hear("ann", whole_truth(1), TRUTH)
+    witnesses.hear("ann", whole_truth(1), TRUTH, 0.0)
     with pytest.raises(ValueError, match="not believed"):
-        witnesses.hear("ann", delta(2, 10**6, 10**6, 2, 2), TRUTH)
-
-
-def test_it_is_over_when_it_is_so_for_all_that_are_there() -> None:
-    witnesses, word = Witnesses(judge()), Finished(ended="explored")
-    assert witnesses.over([]) is None
-    witnesses.finished("ann", word)
-    assert witnesses.over(["ann", "bob"]) is None
-    assert witnesses.over(["ann"]) == word
-    assert witnesses.over([]) is None
-    witnesses.restarting("bob")
-    assert witnesses.over(["ann"]) is None
-    witnesses.joined("bob")
-    assert witnesses.over(["ann"]) == word
-    witnesses.joined("ann")
-    assert witnesses.over(["ann"]) is None
+        witnesses.hear("ann", delta(2, 10**6, 10**6, 2, 2), TRUTH, 0.0)

@@ -23,7 +23,7 @@ from protocol.effects import (
 )
 from protocol.messages import Hello, MapRequest, Message
 from protocol.operator_messages import PauseRequest, StopRequest
-from protocol.world_messages import BodyFrame, Finished, Join, Joined, MotionCommand
+from protocol.world_messages import BodyFrame, Finished, Join, Joined, MotionCommand, Through
 from sim_world.judge import Judge
 from sim_world.robot_body import RobotSpec
 from sim_world.settings import ScriptedFault, WorldSettings
@@ -394,7 +394,7 @@ def test_the_same_seed_gives_the_same_world() -> None:
 
 
 def leaderless(**settings: Any) -> World:
-    world = world_of(leaderless=True, **settings)
+    world = world_of(leaderless=True, agreeing=True, **settings)
     for name in ("robot1", "robot2"):
         join(world, name)
     return world
@@ -408,8 +408,9 @@ def asked(effects: list[Effect]) -> list[tuple[str, MapRequest]]:
     ]
 
 
-def finished(world: World, name: str, now: float) -> list[Effect]:
-    return world.handle(heard("body", name, Finished(ended="explored")), now)
+def said(world: World, name: str, held: int, now: float) -> None:
+    """A robot says that it finds nothing more to do."""
+    assert world.handle(heard("body", name, Through(through=True, held=held)), now) == []
 
 
 def test_without_a_server_the_judge_asks_a_robot_for_the_map() -> None:
@@ -439,36 +440,34 @@ def test_a_word_to_the_judge_that_cannot_be_is_dropped_and_named() -> None:
     assert isinstance(note, Note) and "a word to the judge of robot1" in note.text
 
 
-def test_it_is_over_when_all_robots_that_are_there_say_so() -> None:
+def test_it_is_over_when_all_robots_that_are_there_are_through_and_hold_the_same() -> None:
     world = leaderless()
-    assert finished(world, "robot1", 1.0) == []
-    assert finished(world, "robot2", 2.0) == [Stop("explored")]
-    assert world.finished == Finished(ended="explored")
+    said(world, "robot1", 5, 1.0)
+    assert Stop("explored") not in live(world, 1.0, 1.0)
+    said(world, "robot2", 4, 2.0)
+    assert Stop("explored") not in live(world, 2.0, 1.0)
+    said(world, "robot2", 5, 3.0)
+    assert Stop("explored") in live(world, 3.0, 2.0)
+    assert world.finished is not None and world.finished.ended == "explored"
 
 
 def test_it_is_over_when_the_last_one_that_was_waited_for_is_gone() -> None:
     world = leaderless()
-    finished(world, "robot1", 1.0)
+    said(world, "robot1", 5, 1.0)
     assert Stop("explored") not in live(world, 1.0, 2.0)
     world.handle(PeerLeft("body", "robot2"), 3.0)
     assert Stop("explored") in live(world, 3.0, 2.0)
 
 
 def test_one_that_was_started_anew_is_not_through() -> None:
-    world = leaderless()
-    finished(world, "robot1", 1.0)
-    join(world, "robot1", 1.5)
-    assert finished(world, "robot2", 2.0) == []
-    assert finished(world, "robot1", 3.0) == [Stop("explored")]
-
-
-def test_it_goes_on_while_one_starts_anew() -> None:
     world = leaderless(faults=(ScriptedFault(at_s=2.0, robot="robot2", kind="restart"),))
-    finished(world, "robot1", 1.0)
-    assert Stop("explored") not in live(world, 1.0, 3.0)
-    join(world, "robot2", 4.0)
-    assert Stop("explored") not in live(world, 4.0, 2.0)
-    assert finished(world, "robot2", 6.0) == [Stop("explored")]
+    said(world, "robot2", 5, 1.0)
+    live(world, 1.0, 1.5)
+    join(world, "robot2", 2.5)
+    said(world, "robot1", 5, 2.6)
+    assert Stop("explored") not in live(world, 2.6, 2.0)
+    said(world, "robot2", 5, 5.0)
+    assert Stop("explored") in live(world, 5.0, 2.0)
 
 
 def test_one_that_is_gone_with_all_others_does_not_end_it() -> None:

@@ -9,7 +9,7 @@ from mapping.geometry import IDENTITY, Floats, Pose2
 from protocol.body import Body, Drive
 from protocol.effects import Send
 from protocol.log_messages import LogHave, LogMessage, Observations, PoseSet
-from protocol.messages import MapSnapshot, ScanReport
+from protocol.messages import MapSnapshot, PoseUpdate, ScanReport
 from protocol.observation_log import Author, Entry
 from protocol.pose_coding import pose_of, pose_steps
 from protocol.world_messages import Joined
@@ -134,8 +134,10 @@ def test_poses_that_turn_out_otherwise_are_told_anew() -> None:
     update = robot.sharing.place_due(4.0)
     assert update is not None
     assert update.T_map_odom.distance_to(T_MAP_OWN @ Pose2(0.3, 0.0, 0.0)) < 0.01
+    assert robot.sharing.repositionings == []
+    robot.sharing.tick(9.0)
     (change,) = robot.sharing.repositionings
-    assert (change["t_s"], change["robot"]) == (4.0, "me")
+    assert (change["t_s"], change["robot"]) == (9.0, "me")
     assert robot.sharing.sync.log.own.version == 1
     np.testing.assert_allclose(change["poses"], [pose.as_tuple() for pose in poses_of(robot)])
 
@@ -163,12 +165,13 @@ def test_what_it_saw_waits_until_it_fits_what_the_others_saw() -> None:
     assert robot.sharing.place_due(2.0) is None
     assert robot.sharing.sync.log.own.count == 0
     robot.sharing.take("bob", message_of(*SEEN), 2.5)
-    placed = robot.sharing.place_due(3.0)
-    assert placed is not None and placed.matched
+    placed = tied(robot)
+    assert placed.matched
     assert placed.T_map_odom.distance_to(T_MAP_OWN) < 0.08
-    assert robot.sharing.sync.log.own.count == 2
+    looks = robot.sharing.sync.log.own.count
+    assert looks >= 2
     robot.look()
-    assert robot.sharing.sync.log.own.count == 3
+    assert robot.sharing.sync.log.own.count == looks + 1
 
 
 def test_a_poor_fit_is_none() -> None:
@@ -191,10 +194,17 @@ def test_one_that_was_started_anew_looks_where_it_was_seen_last() -> None:
     robot.sharing.take("bob", left.model_copy(update={"author": "me"}), 0.6)
     robot.begin()
     assert not robot.sharing.tied
-    robot.look()
-    placed = robot.sharing.place_due(3.0)
-    assert placed is not None
-    assert placed.T_map_odom.distance_to(T_MAP_OWN) < 0.08
+    assert tied(robot).T_map_odom.distance_to(T_MAP_OWN) < 0.08
+
+
+def tied(robot: Robot) -> PoseUpdate:
+    """Let a robot turn and look until it knows where it is; a place is believed that comes again."""
+    for _ in range(12):
+        robot.look(Pose2(0.0, 0.0, 0.5))
+        placed = robot.sharing.place_due(robot.now + 1.0)
+        if placed is not None:
+            return placed
+    raise AssertionError("it never found its place")
 
 
 def message_of(*poses: Pose2) -> LogMessage:
@@ -221,8 +231,11 @@ def test_who_tells_what_is_no_observation_is_to_blame() -> None:
     sync = robot.sharing.sync
     sync.log.put(Author("bob", 0), 1, Entry(b"", (0, 0, 0), 0), "ann")
     robot.sharing.follow(1.0)
+    assert not sync.standing.book.counts, "who passes it on could not help it"
+    sync.log.put(Author("bob", 0), 2, Entry(b"", (0, 0, 0), 0), "bob")
+    robot.sharing.follow(2.0)
     ((peer, _),) = sync.standing.book.counts
-    assert peer == "ann"
+    assert peer == "bob"
 
 
 def test_nobody_is_to_blame_for_a_scan_beyond_the_largest_map() -> None:
