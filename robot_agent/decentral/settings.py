@@ -62,6 +62,6 @@ class PeerSettings(_Settings):
     align_period_s: Positive = 1.0
     align_scans: Annotated[int, Field(ge=1)] = 4
     align_points: Annotated[int, Field(ge=1)] = 30
-    align_fit: Annotated[float, Field(gt=0.0, le=1.0)] = 0.78
-    align_known: Annotated[float, Field(ge=0.0, le=1.0)] = 0.75
+    align_fit: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
+    align_known: Annotated[float, Field(ge=0.0, le=1.0)] = 0.7
     align_sigma_m: Positive = 0.03

@@ -27,6 +27,9 @@ _LEFT_SIGMA = (0.7, math.radians(60.0))
 _KEPT_SIGMA = (0.15, math.radians(10.0))
 # Two tries that found the same place differ by no more than this [m], [rad].
 _AGREED = (0.1, math.radians(2.0))
+# Starts are off by no more than so much, that of the robot and that of the reference: both together
+# are to be three standard deviations.
+_BOTH = 2.0 / 3.0
 _HELD_MOST = 200  # observations
 
 
@@ -40,7 +43,7 @@ class Whereabouts:
 
 def told_at_start(joined: Joined) -> Whereabouts:
     """Return where a robot was told that it starts."""
-    sigma = joined.start_sigma_m, math.radians(joined.start_sigma_deg)
+    sigma = _BOTH * joined.start_sigma_m, _BOTH * math.radians(joined.start_sigma_deg)
     return Whereabouts(joined.start or Pose2(0.0, 0.0, 0.0), sigma)
 
 
