@@ -63,6 +63,7 @@ def world_of(
         rng,
         time_limit=time_limit,
         leaderless=leaderless,
+        agreeing=leaderless,
         victims=victims,
     )
 
@@ -394,7 +395,7 @@ def test_the_same_seed_gives_the_same_world() -> None:
 
 
 def leaderless(**settings: Any) -> World:
-    world = world_of(leaderless=True, agreeing=True, **settings)
+    world = world_of(leaderless=True, **settings)
     for name in ("robot1", "robot2"):
         join(world, name)
     return world

@@ -9,7 +9,7 @@ from protocol import messages as words
 from protocol.effects import Effect, Note, PeerLeft, Rejected, Send, Stop
 from protocol.log_messages import LogHave, Observations
 from protocol.peer_messages import Beacon
-from protocol.world_messages import Join, Ping, Shutdown
+from protocol.world_messages import Join, Ping, Shutdown, Through
 from tests.unit.protocol.test_crew import beacon
 from tests.unit.robot_agent.decentral.peer_rig import Rig, seen_by
 from tests.unit.robot_agent.test_agent import of_type

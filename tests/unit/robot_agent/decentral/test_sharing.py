@@ -198,7 +198,7 @@ def test_one_that_was_started_anew_looks_where_it_was_seen_last() -> None:
 
 
 def tied(robot: Robot) -> PoseUpdate:
-    """Let a robot turn and look until it knows where it is; a place is believed that comes again."""
+    """Let a robot turn until it knows where it is; a place is believed that comes again."""
     for _ in range(12):
         robot.look(Pose2(0.0, 0.0, 0.5))
         placed = robot.sharing.place_due(robot.now + 1.0)
