@@ -118,11 +118,17 @@ class SharedMap:
         poses = {
             author: held.poses(author) for author in {**moved, **{a: None for a, _ in entries}}
         }
+        entries = list(entries)
+        replaced = dict.fromkeys(author for author, n in entries if (author, n) in self.told)
+        for author in replaced:  # a layer takes each number once
+            self.team.forget(author)
         for author, number in entries:
             self.told[author, number] = held.told_at(author, number)
             reason = self._observe(author, number, held.payload(author, number), poses[author])
             if reason is not None:
                 bad.append(((author, number), reason))
+        for author in replaced:
+            self._draw_again(author, poses[author])
         for author in moved:
             self.team.place(author, poses[author])
         return bad
@@ -149,10 +155,18 @@ class SharedMap:
             observation = decode_observation(payload, self._layouts)
         except ObservationError as error:
             self.unreadable[author, number] = str(error)
+            self.observations.pop((author, number), None)
             return str(error)
         self.observations[author, number] = observation
+        self.unreadable.pop((author, number), None)
         on_map = self.team.observe(author, number, observation.scan, poses[number])
         return None if on_map else "a scan beyond the edge of the largest map"
+
+    def _draw_again(self, author: Author, poses: Mapping[int, Pose2]) -> None:
+        """Draw all that is held of an author, of which something turned out to be different."""
+        for key in sorted(key for key in self.observations if key[0] == author):
+            self.team.observe(author, key[1], self.observations[key].scan, poses[key[1]])
+        self.team.place(author, poses)
 
     def _forget(self, author: Author) -> None:
         """Take an author out of the map."""
