@@ -114,11 +114,11 @@ class SharedMap:
         """
         for author in forgotten:
             self._forget(author)
+        entries = list(entries)
         bad, moved = [], dict.fromkeys(repositioned)
         poses = {
             author: held.poses(author) for author in {**moved, **{a: None for a, _ in entries}}
         }
-        entries = list(entries)
         replaced = dict.fromkeys(author for author, n in entries if (author, n) in self.told)
         for author in replaced:  # a layer takes each number once
             self.team.forget(author)
