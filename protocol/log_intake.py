@@ -60,6 +60,8 @@ class Intake:
         self, log: ObservationLog, peers: Peers, settings: LogSyncSettings, team: tuple[str, ...]
     ) -> None:
         self.overtaken = False
+        self.restored = log.own.count > 0
+        # Who knows more of a life that began with this start than the robot itself made it up.
         self._log = log
         self._peers = peers
         self._settings = settings
@@ -103,7 +105,7 @@ class Intake:
         author = Author(message.author or peer, message.life)
         revision = self._revision_of(author, peer, message)
         if author == self._log.me:
-            self.overtaken |= message.version > self._log.own.version
+            self.surpass(message.version > self._log.own.version)
             return []
         if not self.admits(author, peer, now, strict=True):
             return []
@@ -221,7 +223,17 @@ class Intake:
         own = self._log.own
         if any(own.compare(number, entry) == "different" for number, entry in told):
             raise ValueError("words in my mouth")
-        self.overtaken |= told[-1][0] > own.count
+        self.surpass(told[-1][0] > own.count)
+
+    def surpass(self, more: bool) -> None:
+        """A peer holds more of the life this robot lives than itself, or does not.
+
+        Raises:
+            ValueError: it cannot: nobody can know more of a life that began with this start.
+        """
+        if more and not self.restored:
+            raise ValueError("words in my mouth")
+        self.overtaken |= more
 
     def _check_leap(self, peer: str, author: Author, number: int) -> None:
         """Check that a peer's numbers do not leap."""

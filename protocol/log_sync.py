@@ -102,7 +102,7 @@ class LogSync:
             now: mission time [s].
         """
         self.log.begin_life(life, *self._restored)
-        self.intake.overtaken = False
+        self.intake.overtaken = self.intake.restored = False
         self._restored = 0, 0
         self._telling = Telling(self.log, self.settings)
         self._telling.count = 0
@@ -263,7 +263,7 @@ class LogSync:
             beyond = [(a, b) for i, a, b in message.beyond if i == index]
             claim = Claim(message.counts[index], message.versions[index], tuple(sorted(beyond)))
             if author == self.log.me:
-                self.intake.overtaken |= claim.top > self.log.own.count
+                self.intake.surpass(claim.top > self.log.own.count)
             claims[author] = claim
             self._compare(peer, author, claim, message.sums[index], now)
         self.peers.introduce(peer, claims)

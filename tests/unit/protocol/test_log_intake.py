@@ -112,6 +112,9 @@ def test_of_its_own_life_a_robot_believes_nobody() -> None:
     desk = Desk()
     desk.log.append(b"mine", (1, 2, 3))
     assert desk.tell("ben", says(ME, b"mine")) == []
+    with pytest.raises(ValueError, match="mouth"):  # this life began with this start
+        desk.tell("eve", says(ME, b"next", 2))
+    desk.intake.restored = True
     with pytest.raises(ValueError, match="mouth"):
         desk.tell("eve", says(ME, b"never"))
     assert not desk.intake.overtaken
@@ -125,6 +128,7 @@ def test_of_its_own_life_a_robot_believes_nobody() -> None:
 
 def test_of_its_own_revisions_too() -> None:
     desk = Desk()
+    desk.intake.restored = True
     desk.tell("ben", moves(ME, 1, 5))
     assert desk.intake.overtaken and desk.log.own.version == 0
 

@@ -124,6 +124,7 @@ def test_faults_isolate_and_are_said() -> None:
 
 def test_others_that_know_more_of_its_life_are_noticed() -> None:
     sync = member()
+    sync.intake.restored = True
     sync.handle("ann", has(3, robot="me"), 0.0)
     assert sync.overtaken
     assert not [m for _, m in run(sync, 60.0) if isinstance(m, LogWant)]
