@@ -67,6 +67,7 @@ class Intake:
         self._settings = settings
         self._team = team
         self._revised: dict[Author, float] = {}  # when the held revision came
+        self._mouths: dict[str, tuple[float, float]] = {}  # contradict me: since, and last
         self._new_lives: dict[tuple[str, Author], float] = {}  # who spoke of a life, and when
 
     def entries(self, peer: str, message: Observations, now: float) -> list[Fault]:
@@ -79,7 +80,7 @@ class Intake:
         told = entries_of(message)
         self._check_sizes(told, message)
         if author == self._log.me:
-            self._check_own(told)
+            self._check_own(peer, told, now)
             return []
         if not self.admits(author, peer, now, strict=True):
             return []
@@ -105,7 +106,7 @@ class Intake:
         author = Author(message.author or peer, message.life)
         revision = self._revision_of(author, peer, message)
         if author == self._log.me:
-            self.surpass(message.version > self._log.own.version)
+            self.surpass(peer, message.version > self._log.own.version, now)
             return []
         if not self.admits(author, peer, now, strict=True):
             return []
@@ -218,22 +219,40 @@ class Intake:
         if not within_reach(message.poses, self._settings.reach_m):
             raise ValueError("impossible poses: out of reach")
 
-    def _check_own(self, told: list[tuple[int, Entry]]) -> None:
+    def _check_own(self, peer: str, told: list[tuple[int, Entry]], now: float) -> None:
         """Check what a peer says that I said in the life I live."""
         own = self._log.own
         if any(own.compare(number, entry) == "different" for number, entry in told):
-            raise ValueError("words in my mouth")
-        self.surpass(told[-1][0] > own.count)
+            self._contradicted(peer, now)
+            return
+        self.surpass(peer, told[-1][0] > own.count, now)
 
-    def surpass(self, more: bool) -> None:
+    def surpass(self, peer: str, more: bool, now: float) -> None:
         """A peer holds more of the life this robot lives than itself, or does not.
 
         Raises:
             ValueError: it cannot: nobody can know more of a life that began with this start.
         """
         if more and not self.restored:
+            self._contradicted(peer, now)
+        else:
+            self.overtaken |= more
+
+    def _contradicted(self, peer: str, now: float) -> None:
+        """A peer says that this robot wrote what it did not.
+
+        Who was lied to before it heard this robot passes the lie on, and then learns better; who
+        goes on with it is the liar.
+
+        Raises:
+            ValueError: the peer goes on with it.
+        """
+        first, last = self._mouths.get(peer, (now, now))
+        if now - last > _SETTLE:
+            first = now
+        self._mouths[peer] = first, now
+        if now - first >= _SETTLE:
             raise ValueError("words in my mouth")
-        self.overtaken |= more
 
     def _check_leap(self, peer: str, author: Author, number: int) -> None:
         """Check that a peer's numbers do not leap."""

@@ -263,7 +263,7 @@ class LogSync:
             beyond = [(a, b) for i, a, b in message.beyond if i == index]
             claim = Claim(message.counts[index], message.versions[index], tuple(sorted(beyond)))
             if author == self.log.me:
-                self.intake.surpass(claim.top > self.log.own.count)
+                self.intake.surpass(peer, claim.top > self.log.own.count, now)
             claims[author] = claim
             self._compare(peer, author, claim, message.sums[index], now)
         self.peers.introduce(peer, claims)

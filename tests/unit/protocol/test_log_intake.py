@@ -112,11 +112,16 @@ def test_of_its_own_life_a_robot_believes_nobody() -> None:
     desk = Desk()
     desk.log.append(b"mine", (1, 2, 3))
     assert desk.tell("ben", says(ME, b"mine")) == []
+    assert desk.tell("eve", says(ME, b"next", 2), 1.0) == []  # it may have been lied to
+    assert desk.tell("eve", says(ME, b"next", 2), 5.0) == []
     with pytest.raises(ValueError, match="mouth"):  # this life began with this start
-        desk.tell("eve", says(ME, b"next", 2))
+        desk.tell("eve", says(ME, b"next", 2), 6.0)
+    assert not desk.intake.overtaken and desk.log.own.count == 1
     desk.intake.restored = True
     with pytest.raises(ValueError, match="mouth"):
-        desk.tell("eve", says(ME, b"never"))
+        desk.tell("eve", says(ME, b"never"), 7.0)
+    assert desk.tell("cid", says(ME, b"never"), 8.0) == []
+    assert desk.tell("cid", says(ME, b"never"), 30.0) == []  # what it said long ago is forgiven
     assert not desk.intake.overtaken
     assert desk.tell("ben", says(ME, b"next", 2)) == []
     assert desk.intake.overtaken and desk.log.own.count == 1
