@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mapping.geometry import Pose2
 from protocol.effects import Core, Effect, Event, Send
 from protocol.log_messages import Observations
 from protocol.messages import Message
@@ -43,10 +44,10 @@ def another_name(message: Message) -> Message:
 
 
 def no_numbers(message: Message) -> Message:
-    """It is nowhere: its frames cannot even be read."""
+    """It is beyond all reach: its frames cannot even be read."""
     if not isinstance(message, Beacon):
         return message
-    return message.model_copy(update={"sigma_m": float("nan")})
+    return message.model_copy(update={"T_map_base": Pose2(1e8, 0.0, 0.0)})
 
 
 LIES: tuple[Callable[[Message], Message], ...] = (
