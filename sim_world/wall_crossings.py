@@ -18,6 +18,10 @@ from sim_world.walls import Indices, Walls
 # Walls whose crossings lie closer together than this [m] are one wall made of several pieces.
 _JOINT = 1e-6
 
+# A line that comes nearer to an edge by less than this per metre, times the edge's length [m], runs
+# beside it.
+_PARALLEL = 1e-12
+
 
 def count_walls(walls: Walls, x1: float, y1: float, x2: float, y2: float) -> int:
     """Return how many walls lie between two points [m]."""
@@ -46,9 +50,9 @@ def _count_walls(
             # Inside is left of each edge: how far left the line begins, and how fast it goes there.
             left = along_x * (y1 - segments[k, 1]) - along_y * (x1 - segments[k, 0])
             rate = along_x * dy - along_y * dx
-            if rate > 0.0:
+            if rate > _PARALLEL:
                 t_in = max(t_in, -left / rate)
-            elif rate < 0.0:
+            elif rate < -_PARALLEL:
                 t_out = min(t_out, -left / rate)
             elif left < 0.0:
                 t_out = -1.0
@@ -58,7 +62,7 @@ def _count_walls(
     for k in range(first_bare, len(segments)):
         along_x, along_y = segments[k, 2] - segments[k, 0], segments[k, 3] - segments[k, 1]
         turn = dx * along_y - dy * along_x
-        if turn == 0.0:
+        if abs(turn) < _PARALLEL:
             continue  # the line runs beside it
         off_x, off_y = segments[k, 0] - x1, segments[k, 1] - y1
         t = (off_x * along_y - off_y * along_x) / turn

@@ -15,6 +15,9 @@ from protocol.log_settings import LogSyncSettings
 from protocol.pose_coding import pack_poses
 from tests.unit.protocol.log_network import GOOD, Links, Network
 
+# Whole networks of members: minutes as plain Python.
+pytestmark = pytest.mark.slow
+
 TEAM = ["robot1", "robot2", "robot3", "robot4"]
 BAD = Links(loss=0.3, duplication=0.1, delay=(0.0, 0.4))
 

@@ -12,6 +12,9 @@ from protocol.observation_log import Author, Entry
 from protocol.pose_coding import pack_poses
 from tests.unit.protocol.log_network import Links, Network
 
+# Whole networks of members: minutes as plain Python.
+pytestmark = pytest.mark.slow
+
 HONEST = ["ann", "ben", "cid"]
 EVE = "eve"
 
