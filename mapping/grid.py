@@ -156,6 +156,11 @@ class GridGeometry:
     cols: int
 
     @property
+    def lattice(self) -> tuple[int, int]:
+        """Row and column of cell (0, 0) on the lattice of cells through the frame's origin."""
+        return round(self.origin_y / self.resolution), round(self.origin_x / self.resolution)
+
+    @property
     def shape(self) -> tuple[int, int]:
         """(rows, cols)."""
         return self.rows, self.cols

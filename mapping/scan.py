@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -82,6 +83,22 @@ class LaserScan:
             self.stamp,
             self.T_base_laser,
         )
+
+    def without_ends_in(
+        self, discs: Iterable[tuple[float, float, float]], T_frame_base: Pose2 = IDENTITY
+    ) -> LaserScan:
+        """Return the scan with all beams ignored that end in a disc: at a teammate, say.
+
+        Args:
+            discs: centre x, y and radius of each [m].
+            T_frame_base: where the scan was taken, in the frame of the discs.
+        """
+        hits = np.flatnonzero(self.hits)
+        points = T_frame_base.apply(self.points_base())
+        masked = np.zeros(len(self.ranges), dtype=bool)
+        for x, y, radius in discs:
+            masked[hits[np.hypot(points[:, 0] - x, points[:, 1] - y) <= radius]] = True
+        return self.without(masked)
 
 
 @lru_cache(maxsize=64)

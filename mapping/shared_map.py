@@ -34,6 +34,10 @@ class Held(Protocol):
         """Return where an entry was made, as its author first said, map frame."""
         ...
 
+    def pose(self, author: Author, number: int) -> Pose2:
+        """Return where an entry was made, by the newest word on it, map frame."""
+        ...
+
     def poses(self, author: Author) -> Mapping[int, Pose2]:
         """Return where the entries of an author were made, by the newest word on it, map frame."""
         ...
@@ -60,7 +64,7 @@ class MapView:
         """Return the box that changed since the last call, on the lattice, and its log-odds."""
         self._shared.draw()
         box, self._changed = self._changed, EMPTY_BOX
-        return box, self.log_odds[box.shifted(*(-n for n in lattice_of(self.geometry))).slices]
+        return box, self.log_odds[box.shifted(*(-n for n in self.geometry.lattice)).slices]
 
     def note(self, box: CellBox) -> None:
         """Note that a box of the lattice has changed."""
@@ -117,27 +121,24 @@ class SharedMap:
         """
         for author in forgotten:
             self._forget(author)
-        bad, moved, changed = [], dict.fromkeys(repositioned), list(entries)
-        poses = {
-            author: held.poses(author) for author in {**moved, **{a: None for a, _ in changed}}
-        }
+        bad, changed = [], list(entries)
         replaced = [key for key in changed if key in self.told]
         for author in dict.fromkeys(author for author, _ in replaced):
-            self._withdraw(author, [n for a, n in replaced if a == author], poses[author])
+            self._withdraw(author, [n for a, n in replaced if a == author], held)
         for author, number in changed:
             self.told[author, number] = held.told_at(author, number)
-            reason = self._observe(author, number, held.payload(author, number), poses[author])
+            reason = self._observe(author, number, held)
             if reason is not None:
                 bad.append(((author, number), reason))
-        for author in moved:
-            self.team.place(author, poses[author])
+        for author in dict.fromkeys(repositioned):
+            self.team.place(author, held.poses(author))
         return bad
 
     def draw(self) -> None:
         """Bring the grid up to date, and tell all views what changed."""
         box = self.team.take_changes()
         if not box.empty:
-            box = box.shifted(*lattice_of(self.team.grid().geometry))
+            box = box.shifted(*self.team.grid().geometry.lattice)
         for view in self._views:
             view.note(box)
 
@@ -147,20 +148,18 @@ class SharedMap:
             if placed.author != author or placed.number <= since:
                 yield placed.scan, placed.T_map_base
 
-    def _observe(
-        self, author: Author, number: int, payload: bytes, poses: Mapping[int, Pose2]
-    ) -> str | None:
+    def _observe(self, author: Author, number: int, held: Held) -> str | None:
         """Take in an entry; return why it cannot be drawn, None if it can."""
         try:
-            observation = decode_observation(payload, self._layouts)
+            observation = decode_observation(held.payload(author, number), self._layouts)
         except ObservationError as error:
             self.unreadable[author, number] = str(error)
             return str(error)
         self.observations[author, number] = observation
-        self.team.observe(author, number, observation.scan, poses[number])
+        self.team.observe(author, number, observation.scan, held.pose(author, number))
         return None
 
-    def _withdraw(self, author: Author, numbers: list[int], poses: Mapping[int, Pose2]) -> None:
+    def _withdraw(self, author: Author, numbers: list[int], held: Held) -> None:
         """Take some entries of an author off the map again: what they held was wrong.
 
         That is rare, so the author's layer is simply made anew.
@@ -171,7 +170,7 @@ class SharedMap:
         self.team.forget(author)
         for (name, number), seen in self.observations.items():
             if name == author:
-                self.team.observe(author, number, seen.scan, poses[number])
+                self.team.observe(author, number, seen.scan, held.pose(author, number))
 
     def _forget(self, author: Author) -> None:
         """Take an author out of the map."""
@@ -181,11 +180,3 @@ class SharedMap:
             for key in [key for key in book if key[0] == author]:
                 del book[key]
         self.team.forget(author)
-
-
-def lattice_of(geometry: GridGeometry) -> tuple[int, int]:
-    """Return row and column of a grid's first cell on the lattice of cells through (0, 0)."""
-    return (
-        round(geometry.origin_y / geometry.resolution),
-        round(geometry.origin_x / geometry.resolution),
-    )

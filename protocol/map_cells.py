@@ -54,9 +54,8 @@ def map_digest(cells: npt.NDArray[np.int8], geometry: GridGeometry) -> str:
     if box.empty:
         return ""
     known = cells[box.slices]
-    iy = round(geometry.origin_y / geometry.resolution) + box.iy0
-    ix = round(geometry.origin_x / geometry.resolution) + box.ix0
-    head = struct.pack("<dqqqq", geometry.resolution, iy, ix, *known.shape)
+    row, col = geometry.lattice
+    head = struct.pack("<dqqqq", geometry.resolution, row + box.iy0, col + box.ix0, *known.shape)
     return hashlib.sha256(head + np.ascontiguousarray(known).tobytes()).hexdigest()
 
 

@@ -203,8 +203,8 @@ class PlanningMap:
     def _room_for(self, lattice_x: int, lattice_y: int, rows: int, cols: int) -> CellBox | None:
         """Grow to hold a rectangle of the lattice; return its box, None if absurdly far away."""
         resolution = self.geometry.resolution
-        ix = lattice_x - round(self.geometry.origin_x / resolution)
-        iy = lattice_y - round(self.geometry.origin_y / resolution)
+        row, col = self.geometry.lattice
+        iy, ix = lattice_y - row, lattice_x - col
         larger, padding = self.geometry.grown(
             self.geometry.origin_x + (ix + 0.5) * resolution,
             self.geometry.origin_y + (iy + 0.5) * resolution,

@@ -86,16 +86,8 @@ class Teammates:
             reach = mate.radius + margin + (_SPEED_ASSUMED * age if mate.busy else 0.0)
             # No beam ends at a teammate that is out of the sensor's range.
             if mate.T_map_base.distance_to(T_map_base) <= _farthest(scan) + reach:
-                near.append((mate, reach))
-        if not near:
-            return scan
-        hits = np.flatnonzero(scan.hits)
-        points = T_map_base.apply(scan.points_base())
-        masked = np.zeros(len(scan.ranges), dtype=bool)
-        for mate, reach in near:
-            dx, dy = points[:, 0] - mate.T_map_base.x, points[:, 1] - mate.T_map_base.y
-            masked[hits[np.hypot(dx, dy) <= reach]] = True
-        return scan.without(masked)
+                near.append((mate.T_map_base.x, mate.T_map_base.y, reach))
+        return scan.without_ends_in(near, T_map_base) if near else scan
 
     def nearest(self, T_map_base: Pose2) -> float:
         """Return the distance to the nearest other robot's centre [m], infinite without any."""

@@ -16,7 +16,7 @@ from protocol import operator_messages as asks
 from protocol.codec import Header
 from protocol.crew import Crew
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send, Stop
-from protocol.held_log import HeldLog
+from protocol.held_log import HeldLog, draw_changes
 from protocol.log_messages import LogHave, LogWant, Observations, PoseSet
 from protocol.log_sync import LogSync
 from protocol.map_feed import MapFeed
@@ -104,13 +104,7 @@ class Listener:
 
     def follow(self, now: float) -> None:
         """Let the map follow the log; whoever told what is no observation is to blame."""
-        changes = self.sync.log.take_changes()
-        entries = [*changes.entries, *changes.replaced]
-        bad = self.shared.take_in(self.held, entries, changes.repositioned, changes.forgotten)
-        for (author, number), reason in bad:
-            # Whoever only passed it on could not help it: it holds what the others hold.
-            if self.held.told_by(author, number) == author[0]:
-                self.sync.fault(author[0], reason, now)
+        draw_changes(self.sync, self.held, self.shared, now)
 
     def _hear(self, header: Header, message: Message, now: float) -> list[Effect]:
         """Take a robot's word."""

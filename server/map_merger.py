@@ -66,15 +66,6 @@ class MapMerger:
         self._settled = 0  # how many edges there were when the map was put right last
         self.dirty = EMPTY_BOX
 
-    @property
-    def lattice(self) -> tuple[int, int]:
-        """Row and column of the map's cell (0, 0) on the lattice of cells through the origin."""
-        geometry = self.geometry
-        return (
-            round(geometry.origin_y / geometry.resolution),
-            round(geometry.origin_x / geometry.resolution),
-        )
-
     def take_changes(self) -> tuple[CellBox, npt.NDArray[np.float32]]:
         """Return the rectangle of cells that changed since the last call, and their log-odds.
 
@@ -82,7 +73,7 @@ class MapMerger:
         the map grows.
         """
         box, self.dirty = self.dirty, EMPTY_BOX
-        rows, cols = self.lattice
+        rows, cols = self.geometry.lattice
         return box, self.log_odds[box.shifted(-rows, -cols).slices]
 
     def add(
@@ -309,7 +300,7 @@ class MapMerger:
         member.last = report
         member.unmatched = 0
         member.placed += 1
-        self.dirty = self.dirty.union(box.shifted(*self.lattice))
+        self.dirty = self.dirty.union(box.shifted(*self.geometry.lattice))
 
     def _redraw(self) -> bool:
         """Draw the whole map again where the pose graph moved its scans; return whether it did."""
@@ -329,7 +320,7 @@ class MapMerger:
         self.map.insert_all((node.scan, node.T_map_base) for node in self.nodes)
         geometry = self.geometry
         whole = CellBox(0, 0, geometry.rows, geometry.cols)
-        self.dirty = self.dirty.union(whole.shifted(*self.lattice))
+        self.dirty = self.dirty.union(whole.shifted(*self.geometry.lattice))
         return True
 
     def _last_pose(self, name: str) -> Pose2 | None:

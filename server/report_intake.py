@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from mapping.scan import LaserScan
 from protocol.effects import Effect, Send
 from protocol.fault_book import FaultBook
 from protocol.messages import PoseUpdate, ReportsReceived, ScanReport
+from protocol.reported_scan import scan_of
 from server.map_merger import MapMerger, Report
 from server.roster import Roster
 from server.teammates import Disc, disc_of, without_teammates
@@ -51,7 +51,7 @@ class ReportIntake:
         member = self._merger.members[name]
         guess = member.T_map_odom @ message.T_odom_base
         discs = self.discs(name, message.stamp_s)
-        scan = without_teammates(_scan_of(message), guess, discs)
+        scan = without_teammates(scan_of(message), guess, discs)
         report = Report(
             scan,
             message.T_odom_base,
@@ -95,15 +95,3 @@ class ReportIntake:
             for name, where in self._roster.where.items()
             if name != observer
         ]
-
-
-def _scan_of(message: ScanReport) -> LaserScan:
-    """Return the scan that a report tells of."""
-    return LaserScan(
-        message.ranges,
-        message.bearing_start_rad,
-        message.bearing_step_rad,
-        message.range_max_m,
-        message.stamp_s,
-        message.T_base_laser,
-    )

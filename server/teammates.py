@@ -75,12 +75,4 @@ def without_teammates(scan: LaserScan, T_map_base: Pose2, discs: Iterable[Disc])
         T_map_base: where it was taken, map frame, as well as known.
         discs: where teammates may be.
     """
-    hits = np.flatnonzero(scan.hits)
-    if not len(hits):
-        return scan
-    points = T_map_base.apply(scan.points_base())
-    masked = np.zeros(len(scan.ranges), dtype=bool)
-    for disc in discs:
-        near = np.hypot(points[:, 0] - disc.x, points[:, 1] - disc.y) <= disc.radius
-        masked[hits[near]] = True
-    return scan.without(masked)
+    return scan.without_ends_in(((disc.x, disc.y, disc.radius) for disc in discs), T_map_base)

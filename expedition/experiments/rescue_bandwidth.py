@@ -62,7 +62,7 @@ def run(options: ExperimentOptions) -> ExperimentResult:
     runs = options.seeds or (1 if options.quick else TEAM_RUNS)
     teams = [(1, 1), *((ROBOTS_OF_TEAM, seed) for seed in range(1, runs + 1))]
     jobs = [
-        _mission(robots, seed, limit, options.out / f"set_{number}")
+        rescue_mission(robots, seed, limit, options.out / f"set_{number}")
         for number, (robots, seed) in enumerate(teams, 1)
     ]
     sets = run_all(_measured, jobs, options.workers)
@@ -73,7 +73,8 @@ def run(options: ExperimentOptions) -> ExperimentResult:
     return ExperimentResult(NAME, rows, claims_of(rows))
 
 
-def _mission(robots: int, seed: int, limit: float, out: Path) -> Mission:
+def rescue_mission(robots: int, seed: int, limit: float, out: Path) -> Mission:
+    """Return a mission of some robots of the team in the paper's building, with its laser."""
     mission = {"world": WORLD, "robots": robots, "seed": seed, "max_time_s": limit}
     return Mission(TEAM, {"mission": mission, "body": {"lidar": LIDAR}}, str(out))
 

@@ -26,7 +26,7 @@ from expedition.experiments.experiment import (
 )
 from expedition.experiments.missions import Mission, run_mission
 from expedition.experiments.plots import new_panels, save_figure
-from expedition.experiments.rescue_bandwidth import LIDAR, ROBOTS_OF_TEAM, TEAM, WORLD
+from expedition.experiments.rescue_bandwidth import ROBOTS_OF_TEAM, rescue_mission
 from expedition.results.map_image import map_png
 from expedition.results.record import RunRecord, load_record
 from expedition.results.summary import reachable_of
@@ -57,7 +57,7 @@ def run(options: ExperimentOptions) -> ExperimentResult:
     limit = 120.0 if options.quick else 1800.0
     seeds = options.seeds or 1
     jobs = [
-        _mission(robots, seed, limit, options.out / f"robots_{robots}_seed_{seed}")
+        rescue_mission(robots, seed, limit, options.out / f"robots_{robots}_seed_{seed}")
         for seed in range(1, seeds + 1)
         for robots in (1, ROBOTS_OF_TEAM)
     ]
@@ -65,11 +65,6 @@ def run(options: ExperimentOptions) -> ExperimentResult:
     plot_maps(maps, options.out / f"{NAME}.png")
     rows = [found.row for found in maps]
     return ExperimentResult(NAME, rows, claims_of(rows))
-
-
-def _mission(robots: int, seed: int, limit: float, out: Path) -> Mission:
-    mission = {"world": WORLD, "robots": robots, "seed": seed, "max_time_s": limit}
-    return Mission(TEAM, {"mission": mission, "body": {"lidar": LIDAR}}, str(out))
 
 
 def _mapped(mission: Mission) -> RescueMap:

@@ -25,8 +25,6 @@ _NEAR = 12.0
 _SCANS_MOST = 150
 # Own scans take part that were made within this of the last one [m].
 _TOGETHER = 1.0
-
-
 # So many of these take part, and about so many end points of them all in the search: more would
 # make the search surer of itself than it may be, as scans from one spot share their errors.
 _OWN_MOST = 8

@@ -12,16 +12,17 @@ from mapping.observation_coding import Observation, encode_observation
 from mapping.scan_coding import ScanCodingSettings
 from mapping.shared_map import SharedMap
 from protocol.effects import Effect, Send
-from protocol.held_log import HeldLog
+from protocol.held_log import HeldLog, draw_changes
 from protocol.log_messages import LogMessage, PoseSet
 from protocol.log_sync import LogSync
 from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
 from protocol.pose_coding import PoseTable, pose_of, pose_steps
+from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
 from robot_agent.decentral.own_poses import OwnPoses, moved
 from robot_agent.decentral.settings import PeerSettings
-from robot_agent.decentral.tying import Tying, Whereabouts, left_at, scan_of, told_at_start
+from robot_agent.decentral.tying import Tying, Whereabouts, left_at, told_at_start
 from robot_agent.decentral.unplaced import without_discs
 from robot_agent.local_mapping import LocalMapping
 
@@ -203,13 +204,7 @@ class Sharing:
 
     def follow(self, now: float) -> None:
         """Let the map follow the log; whoever told what is no observation is to blame."""
-        changes = self.sync.log.take_changes()
-        entries = [*changes.entries, *changes.replaced]
-        bad = self.shared.take_in(self.held, entries, changes.repositioned, changes.forgotten)
-        for (author, number), reason in bad:
-            # Whoever only passed it on could not help it: it holds what the others hold.
-            if self.held.told_by(author, number) == author[0]:
-                self.sync.fault(author[0], reason, now)
+        draw_changes(self.sync, self.held, self.shared, now)
 
     # --- steps ----------------------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ from mapping.scan import LaserScan
 from protocol.log_sync import LogSync
 from protocol.messages import ScanReport
 from protocol.pose_coding import pose_of
+from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
 from robot_agent.decentral.alignment import align, map_around
 from robot_agent.decentral.settings import PeerSettings
@@ -134,15 +135,3 @@ class Tying:
         """Return all that waited: the robot knows where that was."""
         waiting, self.waiting = self.waiting, []
         return waiting
-
-
-def scan_of(report: ScanReport) -> LaserScan:
-    """Return the scan that a report tells of."""
-    return LaserScan(
-        report.ranges,
-        report.bearing_start_rad,
-        report.bearing_step_rad,
-        report.range_max_m,
-        report.stamp_s,
-        report.T_base_laser,
-    )

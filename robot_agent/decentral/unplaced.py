@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from mapping.disc_sighting import find_discs
 from mapping.scan import LaserScan
 
@@ -19,10 +17,5 @@ def without_discs(scan: LaserScan, radii: Sequence[float]) -> LaserScan:
         scan: as measured.
         radii: sizes of teammates that may stand anywhere near [m].
     """
-    masked = np.zeros(len(scan.ranges), dtype=bool)
-    hits, points = np.flatnonzero(scan.hits), scan.points_base()
-    for radius in radii:
-        for x, y in find_discs(scan, radius):
-            near = np.hypot(points[:, 0] - x, points[:, 1] - y) <= radius + _MARGIN
-            masked[hits[near]] = True
-    return scan.without(masked) if masked.any() else scan
+    found = [(x, y, r + _MARGIN) for r in radii for x, y in find_discs(scan, r).tolist()]
+    return scan.without_ends_in(found)

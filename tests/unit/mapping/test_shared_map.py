@@ -10,7 +10,7 @@ from mapping.geometry import Pose2
 from mapping.grid import box_of
 from mapping.observation_coding import Observation, encode_observation
 from mapping.scan_coding import ScanCodingSettings
-from mapping.shared_map import Author, SharedMap, lattice_of
+from mapping.shared_map import Author, SharedMap
 from mapping.team_map import TeamMap
 from protocol.map_cells import map_digest, quantise
 from tests.unit.mapping.rectangle import rectangle_scan
@@ -41,6 +41,9 @@ class Copy:
 
     def told_at(self, author: Author, number: int) -> Pose2:
         return self.entries[author, number][1]
+
+    def pose(self, author: Author, number: int) -> Pose2:
+        return self.poses(author)[number]
 
     def poses(self, author: Author) -> dict[int, Pose2]:
         return {
@@ -174,7 +177,7 @@ def test_each_view_is_told_every_change_once() -> None:
     shared.take_in(held, [(BOB, 1)], ())
     known = box_of(early.log_odds)
     both, _ = late.take_changes()
-    shifted = known.shifted(*lattice_of(late.geometry))
+    shifted = known.shifted(*late.geometry.lattice)
     assert both.union(shifted) == both
 
 

@@ -33,6 +33,7 @@ def test_the_newest_poses_count_but_where_it_was_told_first_is_remembered() -> N
     held = HeldLog(log)
     assert held.told_at(("ann", 0), 1) == Pose2(1.0, 0.0, 0.0)
     assert held.poses(("ann", 0)) == {1: Pose2(1.5, -0.5, 1.0)}
+    assert held.pose(("ann", 0), 1) == Pose2(1.5, -0.5, 1.0)
 
 
 STEPS = st.lists(st.tuples(st.sampled_from([ANN, BOB]), st.integers(1, 5)), unique=True, max_size=8)

@@ -12,8 +12,9 @@ from protocol.log_messages import LogHave, LogMessage, Observations, PoseSet
 from protocol.messages import MapSnapshot, PoseUpdate, ScanReport
 from protocol.observation_log import Author, Entry
 from protocol.pose_coding import pose_of, pose_steps
+from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
-from robot_agent.decentral.sharing import Sharing, own_table, scan_of
+from robot_agent.decentral.sharing import Sharing, own_table
 from robot_agent.local_mapping import LocalMapping
 from robot_agent.settings import LocalMapSettings
 from tests.unit.robot_agent.decentral.peer_rig import ROOM, seen_by, sharing_of, sync_of
