@@ -237,8 +237,7 @@ class ParticleFilter:
         means, covariances, evidence = self._match(points, predicted)
         self._weigh(evidence)
         parents = self._resample()
-        spread = self.particles.draw_scale**2 * covariances
-        poses = drawn(means[parents], spread[parents], self._rng)
+        poses = drawn(means[parents], covariances[parents], self._rng)
         self._maps.insert([*self._placed_between(parents), (points, poses)])
         self.poses = poses
         self.T_odom_base = pose_from(poses[self.best])

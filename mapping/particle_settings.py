@@ -19,7 +19,6 @@ class ParticleSettings:
         evidence_weight: how much of an independent witness one scan is to the particles' weights;
             scans in a row see the same walls, with the same errors.
         resample_below: particles are drawn anew when their effective number falls below this share.
-        draw_scale: poses are drawn with so much of the standard deviation that a match claims.
         stay: the particle that counts as the best stays it, or its best descendant does, until the
             evidence of another is larger by this [nats]: a pose that jumps serves nobody.
         guesses: poses tried when a scan contradicts the map.
@@ -32,7 +31,6 @@ class ParticleSettings:
     update_turn: float = 0.8
     evidence_weight: float = 0.1
     resample_below: float = 0.5
-    draw_scale: float = 0.5
     stay: float = 2.0
     guesses: int = 300
     walls: WallSettings = field(default_factory=WallSettings)
