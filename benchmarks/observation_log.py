@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import argparse
 
-from protocol.log_settings import LogSyncSettings
-from protocol.pose_coding import pack_poses
-from tests.unit.protocol.log_network import Links, Network
+from protocol.log.pose_coding import pack_poses
+from protocol.log.settings import LogSyncSettings
+from tests.unit.protocol.log.network import Links, Network
 
 TEAM = ["robot1", "robot2", "robot3", "robot4"]
 BAD = Links(loss=0.3, duplication=0.1, delay=(0.0, 0.4))

@@ -16,8 +16,8 @@ from mapping.shared_map import SharedMap
 from mapping.team_map import TeamMap
 from protocol.errors import DamagedLogError
 from protocol.host import Host
-from protocol.log_sync import LogSync
-from protocol.observation_log import ObservationLog
+from protocol.log.observation_log import ObservationLog
+from protocol.log.sync import LogSync
 from robot_agent.agent import Agent
 from robot_agent.decentral.memory import unpack
 from robot_agent.decentral.peer import Peer

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from protocol.log_messages import LogHave, LogWant, Observations, PoseSet
+from protocol.log.messages import LogHave, LogWant, Observations, PoseSet
 from protocol.messages import (
     Award,
     Bid,

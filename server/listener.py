@@ -16,9 +16,9 @@ from protocol import operator_messages as asks
 from protocol.codec import Header
 from protocol.crew import Crew
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send, Stop
-from protocol.held_log import HeldLog, draw_changes
-from protocol.log_messages import LogHave, LogWant, Observations, PoseSet
-from protocol.log_sync import LogSync
+from protocol.log.held_log import HeldLog, draw_changes
+from protocol.log.messages import LogHave, LogWant, Observations, PoseSet
+from protocol.log.sync import LogSync
 from protocol.map_feed import MapFeed
 from protocol.messages import WORLD, Ended, Message
 from protocol.peer_messages import Beacon

@@ -8,8 +8,8 @@ import msgpack
 
 from mapping.geometry import Pose2
 from protocol.errors import DamagedLogError
-from protocol.log_storage import dump, load
-from protocol.observation_log import ObservationLog
+from protocol.log.observation_log import ObservationLog
+from protocol.log.storage import dump, load
 
 
 @dataclass(frozen=True, slots=True)

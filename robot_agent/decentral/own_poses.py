@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from mapping.geometry import Floats, Pose2, pose_from
-from protocol.pose_coding import STEPS_PER_METRE, STEPS_PER_RADIAN, PoseTable, pose_steps
+from protocol.log.pose_coding import STEPS_PER_METRE, STEPS_PER_RADIAN, PoseTable, pose_steps
 
 
 class OwnPoses:

@@ -15,7 +15,7 @@ from coordination.strategy import Strategy
 from protocol import messages as words
 from protocol.codec import Header
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send
-from protocol.log_messages import LogHave, LogWant, Observations, PoseSet
+from protocol.log.messages import LogHave, LogWant, Observations, PoseSet
 from protocol.messages import EVERYONE, SERVER, WORLD, Message
 from protocol.peer_messages import Beacon
 from protocol.world_messages import Joined, Through

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from protocol.fields import NotNegative, Positive
-from protocol.log_settings import LogSyncSettings
+from protocol.log.settings import LogSyncSettings
 
 
 class _Settings(BaseModel):

@@ -12,12 +12,12 @@ from mapping.observation_coding import Observation, encode_observation
 from mapping.scan_coding import ScanCodingSettings
 from mapping.shared_map import SharedMap
 from protocol.effects import Effect, Send
-from protocol.held_log import HeldLog, draw_changes
-from protocol.log_messages import LogMessage, PoseSet
-from protocol.log_sync import LogSync
+from protocol.log.held_log import HeldLog, draw_changes
+from protocol.log.messages import LogMessage, PoseSet
+from protocol.log.pose_coding import PoseTable, pose_of, pose_steps
+from protocol.log.sync import LogSync
 from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
-from protocol.pose_coding import PoseTable, pose_of, pose_steps
 from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
 from robot_agent.decentral.own_poses import OwnPoses, moved

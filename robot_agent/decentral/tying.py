@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 from mapping.geometry import Pose2
 from mapping.scan import LaserScan
-from protocol.log_sync import LogSync
+from protocol.log.pose_coding import pose_of
+from protocol.log.sync import LogSync
 from protocol.messages import ScanReport
-from protocol.pose_coding import pose_of
 from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
 from robot_agent.decentral.alignment import align, map_around

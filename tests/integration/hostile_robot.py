@@ -9,7 +9,7 @@ import numpy as np
 
 from mapping.geometry import Pose2
 from protocol.effects import Core, Effect, Event, Send
-from protocol.log_messages import Observations
+from protocol.log.messages import Observations
 from protocol.messages import Message
 from protocol.peer_messages import Beacon
 

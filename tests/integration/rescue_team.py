@@ -10,9 +10,9 @@ from expedition.commands.options import settings_from
 from expedition.team import TeamSettings
 from protocol.effects import Note
 from protocol.in_process import run_in_process
-from protocol.log_messages import LogHave, LogWant, Observations, PoseSet
+from protocol.log.messages import LogHave, LogWant, Observations, PoseSet
+from protocol.log.observation_log import Author
 from protocol.map_cells import map_digest, quantise
-from protocol.observation_log import Author
 from robot_agent.decentral.peer import Peer
 from sim_world.world import World
 from tests.integration.hostile_robot import Hostile

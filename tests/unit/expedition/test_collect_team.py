@@ -11,9 +11,9 @@ from mapping.observation_coding import Observation, encode_observation
 from mapping.shared_map import SharedMap
 from mapping.team_map import TeamMap
 from protocol.effects import Rejected
-from protocol.held_log import HeldLog
-from protocol.observation_log import Author, Entry, ObservationLog
-from protocol.pose_coding import pose_steps
+from protocol.log.held_log import HeldLog
+from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.pose_coding import pose_steps
 from server.settings import MapSettings
 from tests.unit.protocol.test_crew import beacon
 from tests.unit.robot_agent.decentral.peer_rig import CODING, ROOM, Rig, seen_by

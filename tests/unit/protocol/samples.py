@@ -14,7 +14,6 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from mapping.geometry import Pose2
-from protocol import log_messages as logs
 from protocol import messages as words
 from protocol import operator_messages as asks
 from protocol import peer_messages as peers
@@ -22,6 +21,7 @@ from protocol import world_messages as body
 from protocol.body import Body, Drive, Lidar
 from protocol.codec import KINDS, Header
 from protocol.fields import ArrayField
+from protocol.log import messages as logs
 from protocol.messages import Message
 from protocol.peer_messages import Beacon
 

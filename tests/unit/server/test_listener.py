@@ -14,9 +14,9 @@ from protocol import messages as words
 from protocol import operator_messages as asks
 from protocol.codec import Header
 from protocol.effects import Effect, PeerLeft, Received, Rejected, Send, Stop
-from protocol.log_messages import LogHave, Observations
+from protocol.log.messages import LogHave, Observations
+from protocol.log.observation_log import Author, Entry
 from protocol.messages import Message
-from protocol.observation_log import Author, Entry
 from protocol.world_messages import Finished, Join, Ping, Through
 from server.listener import Listener
 from server.settings import ServerSettings

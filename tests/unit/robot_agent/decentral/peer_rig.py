@@ -14,11 +14,11 @@ from mapping.shared_map import SharedMap
 from mapping.team_map import TeamMap
 from protocol.codec import Header
 from protocol.effects import Effect, Received
-from protocol.log_messages import observations
-from protocol.log_sync import LogSync
+from protocol.log.messages import observations
+from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.pose_coding import pose_steps
+from protocol.log.sync import LogSync
 from protocol.messages import Message
-from protocol.observation_log import Author, Entry, ObservationLog
-from protocol.pose_coding import pose_steps
 from protocol.world_messages import BodyFrame, Joined, MotionCommand
 from robot_agent.agent import Agent
 from robot_agent.decentral.peer import Peer

@@ -4,7 +4,7 @@ import pytest
 
 from mapping.geometry import Pose2
 from protocol.errors import DamagedLogError
-from protocol.observation_log import ObservationLog
+from protocol.log.observation_log import ObservationLog
 from robot_agent.decentral.memory import Memory, unpack
 
 

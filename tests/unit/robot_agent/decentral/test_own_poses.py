@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.geometry import IDENTITY, Pose2, wrap_angle
-from protocol.pose_coding import PoseTable, pose_of, pose_steps
+from protocol.log.pose_coding import PoseTable, pose_of, pose_steps
 from robot_agent.decentral.own_poses import OwnPoses, moved
 
 T_MAP_OWN = Pose2(2.0, -1.0, 0.5)

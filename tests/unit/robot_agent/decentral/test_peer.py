@@ -7,7 +7,7 @@ import pytest
 from mapping.geometry import IDENTITY, Pose2
 from protocol import messages as words
 from protocol.effects import Effect, Note, PeerLeft, Rejected, Send, Stop
-from protocol.log_messages import LogHave, Observations
+from protocol.log.messages import LogHave, Observations
 from protocol.peer_messages import Beacon
 from protocol.world_messages import Join, Ping, Shutdown, Through
 from tests.unit.protocol.test_crew import beacon

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from protocol.observation_log import AuthorLog, ObservationLog
-from protocol.pose_coding import PoseTable
+from protocol.log.observation_log import AuthorLog, ObservationLog
+from protocol.log.pose_coding import PoseTable
 
 
 def poses_of_first(log: AuthorLog, revision: PoseTable, count: int) -> PoseTable | None:

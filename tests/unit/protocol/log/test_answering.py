@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from protocol.log_answering import Answering
-from protocol.log_messages import LogWant, Observations, PoseSet
-from protocol.log_settings import LogSyncSettings
-from protocol.observation_log import Author, ObservationLog
+from protocol.log.answering import Answering
+from protocol.log.messages import LogWant, Observations, PoseSet
+from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.settings import LogSyncSettings
 
 ME = Author("me", 0)
 

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from protocol.log_peers import Claim, Peers
-from protocol.observation_log import Author
+from protocol.log.observation_log import Author
+from protocol.log.peers import Claim, Peers
 
 ANN = Author("ann", 0)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from protocol.log_messages import LogHave, LogWant, Observations, PoseSet, observations
-from protocol.log_settings import LogSyncSettings
-from protocol.log_sync import LogSync, Outgoing
-from protocol.observation_log import Author, Entry, ObservationLog
-from tests.unit.protocol.log_invariants import check
+from protocol.log.messages import LogHave, LogWant, Observations, PoseSet, observations
+from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.settings import LogSyncSettings
+from protocol.log.sync import LogSync, Outgoing
+from tests.unit.protocol.log.invariants import check
 
 ANN = Author("ann", 0)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocol.log_sync import LogSync
+from protocol.log.sync import LogSync
 
 
 def check(sync: LogSync, now: float) -> None:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from protocol.log.pose_coding import PoseTable
 from protocol.packing import Packer, Unpacker
-from protocol.pose_coding import PoseTable
 
 
 def pack_source(author: str | None, life: int) -> Packer:

@@ -11,9 +11,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from protocol.log_settings import LogSyncSettings
-from protocol.pose_coding import pack_poses
-from tests.unit.protocol.log_network import GOOD, Links, Network
+from protocol.log.pose_coding import pack_poses
+from protocol.log.settings import LogSyncSettings
+from tests.unit.protocol.log.network import GOOD, Links, Network
 
 # Whole networks of members: minutes as plain Python.
 pytestmark = pytest.mark.slow

@@ -28,12 +28,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from protocol.earlier_poses import poses_of_first
-from protocol.log_messages import Observations, PoseSet, entries_of
-from protocol.log_peers import Peers
-from protocol.log_settings import LogSyncSettings
-from protocol.observation_log import Author, AuthorLog, Entry, ObservationLog, PoseRevision
-from protocol.pose_coding import unpack_poses, within_reach
+from protocol.log.earlier_poses import poses_of_first
+from protocol.log.messages import Observations, PoseSet, entries_of
+from protocol.log.observation_log import Author, AuthorLog, Entry, ObservationLog, PoseRevision
+from protocol.log.peers import Peers
+from protocol.log.pose_coding import unpack_poses, within_reach
+from protocol.log.settings import LogSyncSettings
 
 _SETTLE = 5.0  # [s]; frames of an author that were overtaken on their way are older than that
 _NEW_LIVES = 256  # a hostile peer invents them; no more are remembered

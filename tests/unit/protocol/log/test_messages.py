@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.codec import encode, frame_bytes
-from protocol.log_messages import (
+from protocol.log.messages import (
     LogHave,
     LogWant,
     Observations,
@@ -15,8 +15,8 @@ from protocol.log_messages import (
     observations,
     pose_set,
 )
-from protocol.observation_log import Author, Entry
-from protocol.pose_coding import unpack_poses
+from protocol.log.observation_log import Author, Entry
+from protocol.log.pose_coding import unpack_poses
 from tests.unit.protocol.samples import header_of
 
 ANN = Author("ann", 3)

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from protocol.codec import Frame, Header, decode, encode, frame_bytes
-from protocol.log_messages import LogMessage
-from protocol.log_settings import LogSyncSettings
-from protocol.log_storage import dump, load
-from protocol.log_sync import LogSync
+from protocol.log.messages import LogMessage
+from protocol.log.observation_log import ObservationLog
+from protocol.log.settings import LogSyncSettings
+from protocol.log.storage import dump, load
+from protocol.log.sync import LogSync
 from protocol.messages import EVERYONE
-from protocol.observation_log import ObservationLog
-from tests.unit.protocol.log_invariants import check
+from tests.unit.protocol.log.invariants import check
 
 STEP = 0.1
 

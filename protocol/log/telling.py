@@ -9,11 +9,11 @@ from itertools import groupby
 
 import numpy as np
 
-from protocol.earlier_poses import own_poses_at
-from protocol.log_messages import ENTRIES_IN_FRAME, LogMessage, observations, pose_set
-from protocol.log_settings import LogSyncSettings
-from protocol.observation_log import ObservationLog
-from protocol.pose_coding import STEPS_PER_METRE, PoseTable
+from protocol.log.earlier_poses import own_poses_at
+from protocol.log.messages import ENTRIES_IN_FRAME, LogMessage, observations, pose_set
+from protocol.log.observation_log import ObservationLog
+from protocol.log.pose_coding import STEPS_PER_METRE, PoseTable
+from protocol.log.settings import LogSyncSettings
 
 FRAME_OVERHEAD = 60  # [bytes], about, of a frame of observations
 ENTRY_OVERHEAD = 9  # [bytes], about, of an entry in it: pose, number, size

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from protocol.log_announcing import Announcing
+from protocol.log.announcing import Announcing
 
 
 def announcing() -> Announcing:

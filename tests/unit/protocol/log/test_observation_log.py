@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.observation_log import Author, Changes, Entry, ObservationLog, PoseRevision
+from protocol.log.observation_log import Author, Changes, Entry, ObservationLog, PoseRevision
 
 ANN = Author("ann", 0)
 BEN = Author("ben", 2)

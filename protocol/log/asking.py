@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from protocol.log_messages import RANGES_IN_FRAME, LogWant, listing
-from protocol.log_peers import Claim, Peers
-from protocol.log_settings import LogSyncSettings
+from protocol.log.messages import RANGES_IN_FRAME, LogWant, listing
+from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.peers import Claim, Peers
+from protocol.log.settings import LogSyncSettings
 from protocol.number_ranges import ranges_of
-from protocol.observation_log import Author, ObservationLog
 
 Key = tuple[Author, int]  # number 0 stands for the author's newest revision
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from mapping.geometry import Pose2
-from protocol.pose_coding import pack_poses, pose_of, pose_steps, unpack_poses, within_reach
+from protocol.log.pose_coding import pack_poses, pose_of, pose_steps, unpack_poses, within_reach
 
 TABLES = hnp.arrays(np.int32, st.tuples(st.integers(0, 30), st.just(3)))
 

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.log_answering import Answering
-from protocol.log_asking import _Asked
-from protocol.log_messages import LogWant, PoseSet, pose_set
-from protocol.log_settings import LogSyncSettings
-from protocol.log_sync import LogSync
-from protocol.log_telling import Telling
-from protocol.observation_log import Author, ObservationLog
-from protocol.pose_coding import PoseTable
+from protocol.log.answering import Answering
+from protocol.log.asking import _Asked
+from protocol.log.messages import LogWant, PoseSet, pose_set
+from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.pose_coding import PoseTable
+from protocol.log.settings import LogSyncSettings
+from protocol.log.sync import LogSync
+from protocol.log.telling import Telling
 
 ANN = Author("ann", 0)
 

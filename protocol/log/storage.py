@@ -10,7 +10,7 @@ import numpy as np
 
 from protocol.errors import DamagedLogError
 from protocol.fields import is_name
-from protocol.observation_log import Author, Entry, ObservationLog, PoseRevision
+from protocol.log.observation_log import Author, Entry, ObservationLog, PoseRevision
 
 _MAGIC = b"observation log 1\n"
 

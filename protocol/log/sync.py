@@ -5,7 +5,7 @@ numbers what it lacks, and by what others announce that they hold; asks one peer
 from all that it holds, its own or not. So what one robot saw reaches all that are linked to it by
 any chain of others, also when it is gone itself.
 
-`log_intake` says what is believed, `standing` what becomes of those who tell what cannot be. A peer
+`intake` says what is believed, `standing` what becomes of those who tell what cannot be. A peer
 that is isolated is neither heard nor answered nor asked.
 
 Source: Pfingsthorn et al. 2007, section 2; anti-entropy by version vectors, Demers et al. 1987,
@@ -19,11 +19,11 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.effects import Note
-from protocol.log_announcing import Announcing
-from protocol.log_answering import Answering
-from protocol.log_asking import Asking
-from protocol.log_intake import Intake
-from protocol.log_messages import (
+from protocol.log.announcing import Announcing
+from protocol.log.answering import Answering
+from protocol.log.asking import Asking
+from protocol.log.intake import Intake
+from protocol.log.messages import (
     RANGES_IN_FRAME,
     LogHave,
     LogMessage,
@@ -32,12 +32,12 @@ from protocol.log_messages import (
     authors_of,
     listing,
 )
-from protocol.log_peers import Claim, Peers
-from protocol.log_settings import LogSyncSettings
-from protocol.log_telling import Telling
+from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.peers import Claim, Peers
+from protocol.log.pose_coding import PoseSteps, PoseTable, within_reach
+from protocol.log.settings import LogSyncSettings
+from protocol.log.telling import Telling
 from protocol.messages import EVERYONE
-from protocol.observation_log import Author, ObservationLog
-from protocol.pose_coding import PoseSteps, PoseTable, within_reach
 from protocol.standing import Standing
 
 

@@ -24,8 +24,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from protocol.log.pose_coding import PoseSteps, PoseTable
 from protocol.number_ranges import Range, ranges_of
-from protocol.pose_coding import PoseSteps, PoseTable
 
 _PAST_MOST = 32
 Verdict = Literal["new", "same", "different"]

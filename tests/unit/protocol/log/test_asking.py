@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from protocol.log_asking import Asking
-from protocol.log_messages import LogWant
-from protocol.log_peers import Claim, Peers
-from protocol.log_settings import LogSyncSettings
-from protocol.observation_log import Author, Entry, ObservationLog, PoseRevision
+from protocol.log.asking import Asking
+from protocol.log.messages import LogWant
+from protocol.log.observation_log import Author, Entry, ObservationLog, PoseRevision
+from protocol.log.peers import Claim, Peers
+from protocol.log.settings import LogSyncSettings
 
 ANN, BEN = Author("ann", 0), Author("ben", 0)
 

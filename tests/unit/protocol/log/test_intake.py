@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from protocol.log_intake import LIAR, Intake
-from protocol.log_messages import Observations, PoseSet, observations
-from protocol.log_peers import Claim, Peers
-from protocol.log_settings import LogSyncSettings
-from protocol.observation_log import Author, Entry, ObservationLog
-from protocol.pose_coding import pack_poses
+from protocol.log.intake import LIAR, Intake
+from protocol.log.messages import Observations, PoseSet, observations
+from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.peers import Claim, Peers
+from protocol.log.pose_coding import pack_poses
+from protocol.log.settings import LogSyncSettings
 
 ANN, BEN, ME = Author("ann", 0), Author("ben", 0), Author("me", 1)
 

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from protocol.log_messages import LogHave, LogMessage, LogWant, Observations, PoseSet, observations
-from protocol.observation_log import Author, Entry
-from protocol.pose_coding import pack_poses
-from tests.unit.protocol.log_network import Links, Network
+from protocol.log.messages import LogHave, LogMessage, LogWant, Observations, PoseSet, observations
+from protocol.log.observation_log import Author, Entry
+from protocol.log.pose_coding import pack_poses
+from tests.unit.protocol.log.network import Links, Network
 
 # Whole networks of members: minutes as plain Python.
 pytestmark = pytest.mark.slow

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from mapping.geometry import Pose2
-from protocol.log_sync import LogSync
-from protocol.observation_log import Author, ObservationLog
-from protocol.pose_coding import pose_of
+from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.pose_coding import pose_of
+from protocol.log.sync import LogSync
 
 
 class HeldLog:

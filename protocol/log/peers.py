@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from protocol.log.observation_log import Author
 from protocol.number_ranges import Range, holds
-from protocol.observation_log import Author
 
 _PEERS = 256  # a hostile sender invents names; no more are remembered
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from protocol.earlier_poses import own_poses_at
-from protocol.log_messages import (
+from protocol.log.earlier_poses import own_poses_at
+from protocol.log.messages import (
     ENTRIES_IN_FRAME,
     LogWant,
     Observations,
@@ -18,11 +18,11 @@ from protocol.log_messages import (
     observations,
     pose_set,
 )
-from protocol.log_settings import LogSyncSettings
-from protocol.log_telling import ENTRY_OVERHEAD, FRAME_OVERHEAD
+from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.settings import LogSyncSettings
+from protocol.log.telling import ENTRY_OVERHEAD, FRAME_OVERHEAD
 from protocol.messages import EVERYONE
 from protocol.number_ranges import numbers_of
-from protocol.observation_log import Author, Entry, ObservationLog
 
 Key = tuple[Author, int]  # number 0 stands for the author's newest revision
 

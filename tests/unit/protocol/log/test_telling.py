@@ -2,10 +2,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from protocol.log_messages import Observations, PoseSet
-from protocol.log_settings import LogSyncSettings
-from protocol.log_telling import Telling
-from protocol.observation_log import ObservationLog
+from protocol.log.messages import Observations, PoseSet
+from protocol.log.observation_log import ObservationLog
+from protocol.log.settings import LogSyncSettings
+from protocol.log.telling import Telling
 
 
 def test_news_are_collected_for_a_while() -> None:

@@ -15,7 +15,8 @@ import numpy.typing as npt
 from pydantic import Field
 
 from protocol.fields import ArrayField, Name
-from protocol.log_packing import (
+from protocol.log.observation_log import Author, Entry
+from protocol.log.packing import (
     pack_listing,
     pack_ranges,
     pack_source,
@@ -24,9 +25,8 @@ from protocol.log_packing import (
     unpack_source,
     unpack_table,
 )
-from protocol.observation_log import Author, Entry
+from protocol.log.pose_coding import PoseTable, pack_poses
 from protocol.packing import PackedMessage, Unpacker
-from protocol.pose_coding import PoseTable, pack_poses
 
 ENTRIES_IN_FRAME = 256
 RANGES_IN_FRAME = 256
@@ -87,7 +87,7 @@ class Observations(PackedMessage):
 class PoseSet(PackedMessage):
     """New poses of an author's entries 1 to `count`, in place of all older ones.
 
-    `data` holds them packed, see `protocol.pose_coding`: as they are, or, where `back` is not 0, as
+    `data` holds them packed, see `pose_coding`: as they are, or, where `back` is not 0, as
     differences to what the author told before, its revision `version` - `back`. The author as in
     `observations`.
     """
