@@ -38,7 +38,7 @@ from protocol.fields import (
     Track,
 )
 
-PROTOCOL_VERSION = (1, 3)
+PROTOCOL_VERSION = (1, 4)
 
 Ended = Literal["explored", "time_limit", "coverage", "operator", "failed"]
 

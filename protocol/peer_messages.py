@@ -107,3 +107,19 @@ class Beacon(PackedMessage):
         path = np.array([unpacker.steps(count), unpacker.steps(count)], dtype=np.float64).T
         fields["path_map"] = (path.reshape(-1, 2) / 100.0).astype(np.float32)
         return fields
+
+
+class Presence(PackedMessage):
+    """Here I am, somebody who holds the logs but has no body: a server that listens."""
+
+    type: Literal["presence"] = "presence"
+
+    def packed(self) -> bytes:
+        """Return all fields, none, as bytes."""
+        return b""
+
+    @classmethod
+    def unpacked(cls, data: bytes) -> dict[str, object]:
+        """Return the fields that `packed` made these bytes of."""
+        Unpacker(data).end()
+        return {}

@@ -20,8 +20,8 @@ from protocol.log.held_log import HeldLog, draw_changes
 from protocol.log.messages import LogHave, LogWant, Observations, PoseSet
 from protocol.log.sync import LogSync
 from protocol.map_feed import MapFeed
-from protocol.messages import WORLD, Ended, Message
-from protocol.peer_messages import Beacon
+from protocol.messages import EVERYONE, WORLD, Ended, Message
+from protocol.peer_messages import Beacon, Presence
 from protocol.world_messages import Finished, Join, Through
 from server.settings import ServerSettings
 
@@ -63,12 +63,13 @@ class Listener:
         self._observers: dict[str, None] = {}
         self._joined = False
         self._next_poses = 0.0
+        self._next_presence = 0.0
 
     # --- the core's three methods -----------------------------------------------------------
 
     def next_deadline(self) -> float | None:
         """Return when something is due next [s]."""
-        return min(self.feed.due, self._next_poses, self.sync.next_deadline())
+        return min(self.feed.due, self._next_poses, self._next_presence, self.sync.next_deadline())
 
     def handle(self, event: Event, now: float) -> list[Effect]:
         """Take a robot's word to all, or an observer's question."""
@@ -91,6 +92,10 @@ class Listener:
             effects.append(Send("clock", WORLD, Join(role="server")))
         if self.sync.next_deadline() <= now:
             effects += self._say(now)
+        if now >= self._next_presence - _EPSILON:
+            self._next_presence = now + self.settings.presence_period_s
+            if self.sync.peers.heard_within(self.settings.silence_s, now):
+                effects.append(Send("fleet", EVERYONE, Presence()))
         if now >= self.feed.due - _EPSILON:
             self.follow(now)
             delta = self.feed.delta_due(now)

@@ -73,7 +73,8 @@ class ServerSettings(_Settings):
     """Everything that can be set of the server.
 
     `enabled`: a team whose robots decide for themselves needs none; where there is one, it hears
-    what the robots tell each other, and draws the same map.
+    what the robots tell each other, and draws the same map; while it hears one, it says every
+    `presence_period_s` that it is there.
     `cost_weights` multiply the path costs of single robots in the auction.
     """
 
@@ -84,4 +85,5 @@ class ServerSettings(_Settings):
     silence_s: Positive = 5.0
     abandon_s: Positive = 60.0
     farewell_s: NotNegative = 1.0
+    presence_period_s: Positive = 2.0
     cost_weights: dict[str, Annotated[float, Field(gt=0.0)]] = {}

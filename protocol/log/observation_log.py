@@ -147,7 +147,11 @@ class AuthorLog:
 
     def checksum(self, count: int) -> int:
         """Return the CRC-32 over the first `count` entries and the newest revision."""
-        return zlib.crc32(self.revision.packed() if self.revision else b"", self._sums[count])
+        return self.checksum_of(count, self.revision)
+
+    def checksum_of(self, count: int, revision: PoseRevision | None) -> int:
+        """Return the CRC-32 over the first `count` entries and a revision."""
+        return zlib.crc32(revision.packed() if revision else b"", self._sums[count])
 
     def compare(self, number: int, entry: Entry) -> Verdict:
         """Return how an entry that is told compares to what is held under its number."""
@@ -238,6 +242,16 @@ class ObservationLog:
         revision = PoseRevision(self.own.version + 1, held)
         self.put_revision(self.me, revision, self.me.robot)
         return revision
+
+    def own_revision(self, version: int) -> PoseRevision | None:
+        """Return a revision of this robot's own; None for 0, before the first.
+
+        Raises:
+            KeyError: it is none of the last ones.
+        """
+        if version == self.own.version or not version:
+            return self.own.revision if version else None
+        return PoseRevision(version, self.past[version])
 
     def put(self, author: Author, number: int, entry: Entry, by: str) -> None:
         """Hold an entry that `by` told; the caller has judged it."""

@@ -89,6 +89,10 @@ class Peers:
         """Return who is not gone, sorted."""
         return [name for name in sorted(self.known) if now - self.known[name].heard <= self._gone]
 
+    def heard_within(self, seconds: float, now: float) -> list[str]:
+        """Return who was heard in the last `seconds`, in no order that matters."""
+        return [name for name, peer in self.known.items() if now - peer.heard <= seconds]
+
     def life(self, name: str, now: float) -> int:
         """Return the newest life that a peer told; -1 of one that did not, or is away."""
         return self.known[name].life if self.here(name, now) else -1

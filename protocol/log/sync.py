@@ -83,7 +83,7 @@ class LogSync:
         self._announcing = Announcing(
             settings.announce_period_s, settings.announce_period_max_s, rng, now
         )
-        self.telling = Telling(log, settings)
+        self.telling = Telling(log, settings, self.peers)
         self._differing: dict[Author, None] = {}
         self._restored = log.own.count, log.own.version
         # What was held when the last two intervals of announcing ended, as in `_held`.
@@ -104,11 +104,11 @@ class LogSync:
         self.log.begin_life(life, *self._restored)
         self.intake.overtaken = self.intake.restored = False
         self._restored = 0, 0
-        self._telling = Telling(self.log, self.settings)
-        self._telling.count = 0
+        self.telling = Telling(self.log, self.settings, self.peers)
+        self.telling.count = 0
         self._announcing.change(now)
         if self.log.own.count:
-            self._telling.news(now)
+            self.telling.news(now)
 
     def append(self, payload: bytes, pose: PoseSteps, now: float) -> int:
         """Write an observation of one's own; return its number. It is told with the next batch.
@@ -172,7 +172,7 @@ class LogSync:
     def tick(self, now: float) -> list[Outgoing]:
         """Return what is due to be sent at mission time `now` [s]."""
         sent: list[Outgoing] = []
-        if self.telling.due is not None and now >= self.telling.due:
+        if self.telling.due is not None and now >= self.telling.due and self.telling.ready(now):
             sent += [Outgoing(EVERYONE, message) for message in self.telling.tell()]
         if self.asking.due is not None and now >= self.asking.due:
             sent += [Outgoing(*request) for request in self.asking.ask(now)]
@@ -183,7 +183,7 @@ class LogSync:
                 self._announcing.change(now)
             self._before = [self._before[1], {a: self._held(a) for a in self.log.authors()}]
             if self._announcing.speak(now):
-                if self.telling.version < self.log.own.version:  # checksums are of the newest
+                if self.telling.forgotten:
                     sent += [Outgoing(EVERYONE, message) for message in self.telling.tell()]
                 sent.append(Outgoing(EVERYONE, self._announcement()))
         return sent
@@ -212,12 +212,15 @@ class LogSync:
         mine = authors.index(self.log.me)
         # What waits for the next batch must not look as if it was lost.
         counts[mine], versions[mine] = self.telling.count, self.telling.version
+        sums = [log.checksum(count) for log, count in zip(logs, counts, strict=True)]
+        told = self.log.own_revision(self.telling.version)
+        sums[mine] = self.log.own.checksum_of(self.telling.count, told)
         beyond = [(i, *held) for i, log in enumerate(logs) for held in log.beyond()]
         return LogHave(
             **listing(authors),
             counts=tuple(counts),
             versions=tuple(versions),
-            sums=tuple(log.checksum(count) for log, count in zip(logs, counts, strict=True)),
+            sums=tuple(sums),
             beyond=tuple(beyond[:RANGES_IN_FRAME]),
         )
 

@@ -1,5 +1,9 @@
 """A member's own news: collected for a while, then broadcast, entries before new poses.
 
+A broadcast that somebody misses is asked for later and takes the air twice. So news wait while
+nobody is in reach, and for a moment while somebody is not that was just there: there are holes in
+any radio's field. They do not wait for ever: who hears nobody may still be heard.
+
 New poses are told as differences to those that were told before; who lacks these asks.
 """
 
@@ -12,11 +16,13 @@ import numpy as np
 from protocol.log.earlier_poses import own_poses_at
 from protocol.log.messages import ENTRIES_IN_FRAME, LogMessage, observations, pose_set
 from protocol.log.observation_log import ObservationLog
+from protocol.log.peers import Peers
 from protocol.log.pose_coding import STEPS_PER_METRE, PoseTable
 from protocol.log.settings import LogSyncSettings
 
 FRAME_OVERHEAD = 60  # [bytes], about, of a frame of observations
 ENTRY_OVERHEAD = 9  # [bytes], about, of an entry in it: pose, number, size
+_AGAIN = 0.5  # [s]; so soon it is looked again whether all are in reach
 
 
 class Telling:
@@ -25,24 +31,32 @@ class Telling:
     Args:
         log: what is held; what is in the own log by now counts as told.
         settings: how long news are collected, and how large a frame may be.
+        peers: who is in reach.
 
     Attributes:
-        due: when the news are to be told [s], or None when there are none.
+        due: when the news may be told [s], or None when there are none; see `ready`.
         count: so many of the own entries were told.
         version: the newest own revision that was told.
     """
 
-    def __init__(self, log: ObservationLog, settings: LogSyncSettings) -> None:
+    def __init__(self, log: ObservationLog, settings: LogSyncSettings, peers: Peers) -> None:
         self.due: float | None = None
         self.count = log.own.count
         self.version = log.own.version
         self._log = log
         self._settings = settings
+        self._peers = peers
+        self._since = 0.0  # when the first of the news was to be told [s]
+        self._pressing = False  # whether those in reach must not go by the old poses
+
+    @property
+    def forgotten(self) -> bool:
+        """Whether the newest poses that were told are not kept any more."""
+        return self.version not in (0, self._log.own.version, *self._log.past)
 
     def news(self, now: float) -> None:
         """There is something new: tell it after a while, or at once if a frame is full."""
-        if self.due is None:
-            self.due = now + self._settings.batch_period_s
+        self._wait(now, self._settings.batch_period_s)
         own = self._log.own
         waiting = range(self.count + 1, own.count + 1)
         size = sum(len(own.entries[n].what.payload) + ENTRY_OVERHEAD for n in waiting)
@@ -55,7 +69,22 @@ class Telling:
         before = own_poses_at(self._log, self.version, len(own.poses))
         if before is None or _farthest(before[1], own.poses) >= self._settings.revision_large_m:
             wait = min(wait, self._settings.revision_delay_s)
-        self.due = now + wait if self.due is None else min(self.due, now + wait)
+            self._pressing = True
+        self._wait(now, wait)
+
+    def ready(self, now: float) -> bool:
+        """Whether those who should hear the news can, or were waited for; if not, `due` is later.
+
+        Args:
+            now: mission time [s], at or after `due`.
+        """
+        reached = set(self._peers.heard_within(self._settings.reached_s, now))
+        all_there = reached.issuperset(self._peers.heard_within(self._settings.away_s, now))
+        late = now - self._since >= self._settings.unheard_s
+        if late or (reached and (all_there or self._pressing)):
+            return True
+        self.due = now + _AGAIN
+        return False
 
     def tell(self) -> list[LogMessage]:
         """Return the messages that tell all the news."""
@@ -69,7 +98,14 @@ class Telling:
             before = own_poses_at(self._log, self.version, len(own.poses))
             messages.append(pose_set(me, own.version, own.poses, me.robot, before))
         self.count, self.version, self.due = own.count, own.version, None
+        self._pressing = False
         return messages
+
+    def _wait(self, now: float, most: float) -> None:
+        """Let the news wait for some time [s], or less if they already do."""
+        if self.due is None:
+            self.due = self._since = now + most
+        self.due = min(self.due, now + most)
 
 
 def _farthest(before: PoseTable, after: PoseTable) -> float:

@@ -165,6 +165,7 @@ def examples() -> dict[str, Message]:
             held=4_000_000_000,
             path_map=f32(1.0, 2.0, 3.0, 4.0).reshape(2, 2),
         ),
+        peers.Presence(),
         body.Join(role="robot", incarnation=1),
         body.Joined(lockstep=True, now_s=0.0, step_s=0.1, body=a_body, start=POSE),
         body.JoinRefused(reason="the name is taken"),

@@ -17,6 +17,7 @@ from protocol.effects import Effect, PeerLeft, Received, Rejected, Send, Stop
 from protocol.log.messages import LogHave, Observations
 from protocol.log.observation_log import Author, Entry
 from protocol.messages import Message
+from protocol.peer_messages import Presence
 from protocol.world_messages import Finished, Join, Ping, Through
 from server.listener import Listener
 from server.settings import ServerSettings
@@ -69,6 +70,14 @@ def test_it_joins_once_and_then_keeps_its_copy() -> None:
     announced = [m for _ in range(30) for m in sent(rig.tick()) if isinstance(m, LogHave)]
     assert announced[-1].authors == ("ann", "server")
     assert rig.listener.next_deadline() > rig.now - 0.01
+
+
+def test_it_says_that_it_is_there_while_it_hears_somebody() -> None:
+    rig = Rig(presence_period_s=2.0, silence_s=5.0)
+    assert not of_type(rig.tick(), Presence)
+    rig.says("ann", beacon())
+    said = [bool(of_type(rig.tick(1.0), Presence)) for _ in range(10)]
+    assert said == [False, True, False, True] + 6 * [False]
 
 
 def test_it_draws_the_map_and_tells_those_who_asked_for_it() -> None:

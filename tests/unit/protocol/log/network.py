@@ -9,6 +9,7 @@ from __future__ import annotations
 import heapq
 from collections import Counter
 from dataclasses import dataclass
+from itertools import permutations
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from protocol.messages import EVERYONE
 from tests.unit.protocol.log.invariants import check
 
 STEP = 0.1
+PRESENCE = 1.0  # [s]; members say so often, by other means, that they are there
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,8 @@ class Network:
             if sync is not None:
                 header, message = decode(frame)
                 self.send(to, sync.handle(header.source, message, self.now))  # type: ignore[arg-type]
+        if round(self.now / STEP) % round(PRESENCE / STEP) == 0:
+            self._say_presence()
         for name in sorted(self.members):
             sync = self.members[name]
             if sync.next_deadline() <= self.now:
@@ -116,6 +120,17 @@ class Network:
         if self.checked:
             for name in sorted(self.members):
                 check(self.members[name], self.now)
+
+    def _say_presence(self) -> None:
+        """Let each hear, by chance, all that are in reach."""
+        for source, to in permutations(sorted(self.members), 2):
+            if self._reaches(source, to) and self.rng.random() >= self.links.loss:
+                self.members[to].hear(source, self.now)
+
+    def _reaches(self, source: str, to: str) -> bool:
+        """Whether one is in another's reach now."""
+        parted = any((source in group) != (to in group) for group in self.apart)
+        return (source, to) not in self.deaf and not parted
 
     def send(self, source: str, outgoing: list[tuple[str, LogMessage]]) -> None:
         """Put messages on the air."""
@@ -132,7 +147,7 @@ class Network:
 
     def _carry(self, source: str, to: str, frame: Frame) -> None:
         """Let a frame fly to one receiver, or not."""
-        if (source, to) in self.deaf or any((source in g) != (to in g) for g in self.apart):
+        if not self._reaches(source, to):
             return
         copies = 2 if self.rng.random() < self.links.duplication else 1
         for _ in range(copies):

@@ -11,6 +11,7 @@ from protocol.log.answering import Answering
 from protocol.log.asking import _Asked
 from protocol.log.messages import LogWant, PoseSet, pose_set
 from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.peers import Peers
 from protocol.log.pose_coding import PoseTable
 from protocol.log.settings import LogSyncSettings
 from protocol.log.sync import LogSync
@@ -127,7 +128,8 @@ def test_all_that_ask_must_hold_the_same_for_differences() -> None:
 
 def test_large_corrections_do_not_wait() -> None:
     log = driven().log
-    telling = Telling(log, LogSyncSettings(batch_period_s=4.0, revision_delay_s=0.2))
+    settings = LogSyncSettings(batch_period_s=4.0, revision_delay_s=0.2)
+    telling = Telling(log, settings, Peers(10.0, 70.0))
     log.revise(table(0, 20))
     telling.revised(1.0)
     assert telling.due == 5.0

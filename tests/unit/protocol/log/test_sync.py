@@ -46,6 +46,7 @@ def test_an_observation_is_broadcast_with_its_batch() -> None:
     assert sync.append(b"one", (1, 2, 3), 1.0) == 1
     assert sync.append(b"two", (4, 5, 6), 2.0) == 2
     assert sync.next_deadline() == 3.0
+    sync.hear("ann", 2.9)
     ((to, message),) = run(sync, 3.0)
     assert to == "*"
     assert isinstance(message, Observations) and message.numbers == (1, 2)
@@ -73,12 +74,40 @@ def test_what_it_announces_was_told() -> None:
     assert announced.sums[1] == 0
 
 
-def test_new_poses_are_told_before_they_are_announced() -> None:
+def test_poses_that_nobody_heard_yet_are_not_announced() -> None:
+    sync, ben = member(announce_period_s=4.0, batch_period_s=100.0), member()
+    sync.append(b"one", (1, 2, 3), 0.0)
+    sync.revise(np.ones((1, 3), dtype=np.int32), 0.0)
+    for message in sync.telling.tell():
+        ben.handle("me too", message.model_copy(update={"author": "me"}), 0.0)
+    for _ in range(2):
+        sync.revise(np.full((1, 3), 7, dtype=np.int32), 1.0)
+    ((_, announced),) = run(sync, 4.0)
+    assert isinstance(announced, LogHave)
+    assert (announced.counts, announced.versions) == ((1,), (1,))
+    assert announced.sums == (sync.log.own.checksum_of(1, sync.log.own_revision(1)),)
+
+
+def test_poses_too_old_to_be_told_from_are_not_announced_but_told_anew() -> None:
     sync = member(announce_period_s=4.0, batch_period_s=100.0)
     sync.append(b"one", (1, 2, 3), 0.0)
     sync.revise(np.ones((1, 3), dtype=np.int32), 0.0)
+    sync.telling.tell()
+    for _ in range(40):
+        sync.revise(np.full((1, 3), 7, dtype=np.int32), 1.0)
     kinds = [type(message) for _, message in run(sync, 4.0)]
-    assert kinds == [Observations, PoseSet, LogHave]
+    assert kinds == [PoseSet, LogHave]
+
+
+def test_a_new_life_is_told_from_its_beginning() -> None:
+    sync = member(batch_period_s=1.0)
+    sync.append(b"one", (1, 2, 3), 0.0)
+    sync.hear("ann", 1.0)
+    run(sync, 1.0)
+    sync.begin_life(1, 2.0)
+    sync.hear("ann", 3.0)
+    (told,) = [message for _, message in run(sync, 3.0) if isinstance(message, Observations)]
+    assert (told.life, told.numbers) == (1, (1,))
 
 
 def test_a_gap_is_asked_for_and_its_filling_is_the_maps_news() -> None:
@@ -133,6 +162,7 @@ def test_others_that_know_more_of_its_life_are_noticed() -> None:
 def test_one_that_lacks_news_is_told_soon() -> None:
     sync = member(announce_period_s=5.0, announce_period_max_s=40.0)
     sync.append(b"one", (1, 2, 3), 0.0)
+    sync.hear("ben", 1.0)
     run(sync, 100.0)
     sync.handle("ben", has(0, robot="ben"), 100.0)
     assert [type(message) for _, message in run(sync, 100.8)] == [LogHave]

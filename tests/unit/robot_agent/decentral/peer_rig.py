@@ -34,8 +34,8 @@ TEAM = ("ann", "bob", "me")
 
 
 def sync_of(name: str = "me", life: int = 0) -> LogSync:
-    """One member's copy of the log, told in batches of a second."""
-    settings = PeerSettings().log.model_copy(update={"batch_period_s": 1.0})
+    """One member's copy of the log, told in batches of a second whether anybody hears it or not."""
+    settings = PeerSettings().log.model_copy(update={"batch_period_s": 1.0, "unheard_s": 0.0})
     return LogSync(ObservationLog(name, life), settings, np.random.default_rng(0), team=TEAM)
 
 
