@@ -5,8 +5,9 @@ bound. What a beam may read is foretold from the beams before it (`reading_outlo
 coder spends on each cell what its probability asks for (`entropy_coding`). Every scan is coded
 alone: frames get lost, and come in any order.
 
-The bytes are: numbers of layout and noise (4 bits each); error bound in 0.1 mm, reach in half
-metres or mm and whether the beams come last to first (whichever is shorter), and stamp in ms, each
+The bytes are: numbers of layout and noise (4 bits each); one byte with the number of a usual bound
+and reach (4 bits), whether the beams come last to first (whichever is shorter), and whether the
+stamp is negative; bound in 0.1 mm and reach in mm if they are not usual, and the stamp in ms, each
 7 bits a byte, lowest first; a layout that is not in the table, in full; then the beams.
 
 Source: Pfingsthorn et al. 2007, section 5, name compressed scans as their next step.
@@ -37,7 +38,10 @@ from mapping.scan_layout import (
 )
 
 _STAMP_MOST = 1 << 45  # ms: a thousand years
-_HALF_METRE = 500  # mm
+# Error bounds [0.1 mm] and reaches [mm] that have a number, up to 15 of them.
+_USUAL = ((100, 20_000), (100, 8_000), (100, 10_000), (100, 12_000), (100, 30_000), (100, 5_600))
+_UNUSUAL = 15
+_TURNED, _NEGATIVE = 1, 2  # flags in the second byte, whose high half is a number of these
 _LONGEST = 7  # bytes of a number
 
 
@@ -93,8 +97,14 @@ def encode_scan(scan: LaserScan, settings: ScanCodingSettings = _DEFAULTS) -> by
     forwards = encode_beams(cells, sensor, rays)
     backwards = encode_beams(cells[::-1].copy(), sensor, rays)
     turned = len(backwards) < len(forwards)
-    head = bytes([number << 4 | noise]) + _number(grid.bound)
-    head += _number(_reach_code(grid.reach) << 1 | turned) + _number(_milliseconds(scan.stamp))
+    milliseconds = _milliseconds(scan.stamp)
+    limits = (grid.bound, grid.reach)
+    usual = _USUAL.index(limits) if limits in _USUAL else _UNUSUAL
+    flags = _TURNED * turned | _NEGATIVE * (milliseconds < 0)
+    head = bytes([number << 4 | noise, usual << 4 | flags])
+    if usual == _UNUSUAL:
+        head += _number(grid.bound) + _number(grid.reach)
+    head += _number(abs(milliseconds))
     if number == IN_FULL:
         head += pack_layout(layout)
     return head + (backwards if turned else forwards)
@@ -110,14 +120,14 @@ def decode_scan(data: bytes, layouts: tuple[SensorLayout, ...] = KNOWN_LAYOUTS) 
     Raises:
         DamagedScanError: the bytes are no scan.
     """
-    if not data:
-        raise DamagedScanError("no bytes")
+    if len(data) < 2:
+        raise DamagedScanError("no head")
     number, noise = data[0] >> 4, data[0] & 15
-    bound, at = _read_number(data, 1)
-    reach, at = _read_number(data, at)
+    usual, flags = data[1] >> 4, data[1] & 15
+    (bound, reach), at = _read_limits(data, usual)
     stamp, at = _read_number(data, at)
     try:
-        grid = RangeCells(bound, _reach_of(reach >> 1))
+        grid = RangeCells(bound, reach)
         if number == IN_FULL:
             layout, at = unpack_layout(data, at)
         elif number < len(layouts):
@@ -131,35 +141,39 @@ def decode_scan(data: bytes, layouts: tuple[SensorLayout, ...] = KNOWN_LAYOUTS) 
     if asked < len(data) - at:
         raise DamagedScanError(f"{len(data) - at - asked} bytes are left after the last beam")
     return LaserScan(
-        grid.ranges_of(cells[::-1] if reach & 1 else cells),
+        grid.ranges_of(cells[::-1] if flags & _TURNED else cells),
         layout.bearing_start,
         layout.bearing_step,
         grid.range_max,
-        (stamp >> 1 if not stamp & 1 else -(stamp >> 1)) / 1000.0,
+        (-stamp if flags & _NEGATIVE else stamp) / 1000.0,
         layout.T_base_laser,
     )
 
 
 def _milliseconds(stamp: float) -> int:
-    """Return a stamp [s] in ms, the sign in the lowest bit.
+    """Return a stamp [s] in ms.
 
     Raises:
         ValueError: it is no time.
     """
     if not abs(stamp) * 1000.0 < _STAMP_MOST:
         raise ValueError(f"{stamp} s is no time of a scan")
-    value = round(stamp * 1000.0)
-    return abs(value) << 1 | (value < 0)
+    return round(stamp * 1000.0)
 
 
-def _reach_code(reach: int) -> int:
-    """Return a reach [mm] as a number that is small for whole half metres."""
-    return reach << 1 | 1 if reach % _HALF_METRE else reach // _HALF_METRE << 1
+def _read_limits(data: bytes, usual: int) -> tuple[tuple[int, int], int]:
+    """Return error bound [0.1 mm] and reach [mm], and where what follows begins.
 
-
-def _reach_of(code: int) -> int:
-    """Return the reach [mm] that `_reach_code` made a number of."""
-    return code >> 1 if code & 1 else (code >> 1) * _HALF_METRE
+    Raises:
+        DamagedScanError: nothing has this number, or the bytes end.
+    """
+    if usual == _UNUSUAL:
+        bound, at = _read_number(data, 2)
+        reach, at = _read_number(data, at)
+        return (bound, reach), at
+    if usual >= len(_USUAL):
+        raise DamagedScanError(f"no error bound and reach have the number {usual}")
+    return _USUAL[usual], 2
 
 
 def _number(value: int) -> bytes:

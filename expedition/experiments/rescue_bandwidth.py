@@ -1,8 +1,9 @@
 """Pfingsthorn et al. 2007, section 4.2 and Figure 4: what map updates take, as cells or as scans.
 
-One robot alone, then runs of a team of three, in an office building; laser and range as in the
-paper (361 beams over 180 degrees, 20 m). Each run's updates are counted by the paper's formulas
-(see `update_sizes`), and beside them stands what the team truly put on the air.
+One robot, then runs of a team of three, in an office building; laser and range as in the paper
+(361 beams over 180 degrees, 20 m). Each run's updates are counted by the paper's formulas (see
+`update_sizes`), and beside them stands what was truly put on the air. The robots of a team tell
+each other, and there is no master; one robot tells a server that listens, or nobody would hear it.
 """
 
 from __future__ import annotations
@@ -76,7 +77,8 @@ def run(options: ExperimentOptions) -> ExperimentResult:
 def rescue_mission(robots: int, seed: int, limit: float, out: Path) -> Mission:
     """Return a mission of some robots of the team in the paper's building, with its laser."""
     mission = {"world": WORLD, "robots": robots, "seed": seed, "max_time_s": limit}
-    return Mission(TEAM, {"mission": mission, "body": {"lidar": LIDAR}}, str(out))
+    settings = {"mission": mission, "body": {"lidar": LIDAR}, "server": {"enabled": robots == 1}}
+    return Mission(TEAM, settings, str(out))
 
 
 def _measured(mission: Mission) -> BandwidthSet:

@@ -79,7 +79,7 @@ class Telling:
             now: mission time [s], at or after `due`.
         """
         reached = set(self._peers.heard_within(self._settings.reached_s, now))
-        all_there = reached.issuperset(self._peers.heard_within(self._settings.away_s, now))
+        all_there = reached.issuperset(self._peers.heard_within(self._settings.missed_s, now))
         late = now - self._since >= self._settings.unheard_s
         if late or (reached and (all_there or self._pressing)):
             return True

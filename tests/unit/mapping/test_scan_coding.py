@@ -82,7 +82,7 @@ def test_integration_sees_the_same_beams():
 def test_the_bytes_are_the_same_on_every_machine():
     # Compiled or not, whatever the processor: what one robot writes another one reads.
     assert encode_scan(room_scan()).hex() == (
-        "1964409ac41e4244e017c545a56145646c48fa4bbedf2b973fff90aa6e3d400242dda731255c1d4e"
+        "19108da20f4244e017c545a56145646c48fa4bbedf2b973fff90aa6e3d400242dda731255c1d4e"
         "4a9ff9d7542bed1409f78ebec603c42ad80b088cb163603b41d23e239a18afacfa8a"
     )
 
@@ -100,15 +100,30 @@ def test_beams_are_coded_in_the_shorter_direction():
         data, other = encode_scan(scan), encode_scan(mirrored)
         assert len(data) == len(other)
         np.testing.assert_array_equal(decode_scan(data).ranges, decode_scan(other).ranges[::-1])
-        turned |= {data[2] & 1, other[2] & 1}
+        turned |= {data[1] & 1, other[1] & 1}
     assert turned == {0, 1}
 
 
-@pytest.mark.parametrize(("reach", "code_bytes"), [(8.0, 1), (15.5, 1), (8.1, 3), (80.0, 2)])
-def test_reaches_of_whole_half_metres_are_short(reach, code_bytes):
-    data = encode_scan(dataclasses.replace(room_scan(), range_max=reach))
+@pytest.mark.parametrize(
+    ("reach", "bound", "ends"),
+    [
+        (8.0, 0.01, []),
+        (8.1, 0.01, [True, False, True]),
+        (8.0, 0.02, [False, True, False, True]),
+    ],
+)
+def test_usual_reaches_and_bounds_take_no_room(reach, bound, ends):
+    scan = dataclasses.replace(room_scan(), range_max=reach)
+    data = encode_scan(scan, ScanCodingSettings(error_bound_m=bound))
     assert decode_scan(data).range_max == reach
-    assert [byte < 128 for byte in data[2 : 2 + code_bytes]] == [False] * (code_bytes - 1) + [True]
+    assert data[1] >> 4 == (15 if ends else 1)
+    assert [byte < 128 for byte in data[2 : 2 + len(ends)]] == ends
+
+
+@pytest.mark.parametrize("stamp", [0.0, 12.345, -12.345, -0.0004])
+def test_stamps_come_back_to_the_millisecond(stamp):
+    data = encode_scan(dataclasses.replace(room_scan(), stamp=stamp))
+    assert decode_scan(data).stamp == round(stamp, 3)
 
 
 def test_known_noise_is_taken_at_its_word():
@@ -184,18 +199,19 @@ def test_damaged_bytes_are_another_scan_or_refused(data):
 @given(st.binary(max_size=60))
 def test_random_bytes_are_some_scan_or_refused(data):
     decoded_or_refused(data)
-    decoded_or_refused(b"\x24\x64\x40\x00" + data)  # a head, and anything
+    decoded_or_refused(b"\x24\x10\x00" + data)  # a head, and anything
 
 
 @pytest.mark.parametrize(
     ("data", "says"),
     [
-        (b"", "no bytes"),
-        (b"\x39", "end within a number"),
-        (b"\x39\xff\xff\xff\xff\xff\xff\xff\x01", "too long"),
-        (b"\x39\x00\x40\x00", "bound"),
-        (b"\xe9\x64\x40\x00", "no laser has the number 14"),
-        (b"\xf9\x64\x40\x00\x01", "end within the layout"),
+        (b"", "no head"),
+        (b"\x39\x10", "end within a number"),
+        (b"\x39\x10\xff\xff\xff\xff\xff\xff\xff\x01", "too long"),
+        (b"\x39\xe0\x00", "no error bound and reach have the number 14"),
+        (b"\x39\xf0\x00\x40\x00", "bound"),
+        (b"\xe9\x10\x00", "no laser has the number 14"),
+        (b"\xf9\x10\x00\x01", "end within the layout"),
         (encode_scan(room_scan()) + b"\x01\x02\x03\x04\x05", "left after the last beam"),
     ],
 )
