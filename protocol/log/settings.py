@@ -16,9 +16,9 @@ class LogSyncSettings(BaseModel):
 
     Telling: new observations are collected for `batch_period_s` and broadcast in frames of about
     `frame_bytes`; new poses, if one moved by `revision_large_m`, wait no longer than
-    `revision_delay_s`. All that waits while nobody was heard in the last `reached_s`, and small
-    news while somebody was not who was within `missed_s`; but nothing waits longer than
-    `unheard_s`. What a robot holds is broadcast every `announce_period_s` while something changes,
+    `revision_delay_s`. All that waits while nobody was heard in the last `reached_s`, but no longer
+    than `unheard_s`; and all but such poses while somebody was not who was within `missed_s`, for
+    as long. What a robot holds is broadcast every `announce_period_s` while something changes,
     ever more rarely to `announce_period_max_s` when nothing does, and at once when a peer is heard
     that was away: not heard for `away_s`.
 
@@ -41,7 +41,7 @@ class LogSyncSettings(BaseModel):
     batch_period_s: Positive = 2.0
     revision_delay_s: NotNegative = 0.2
     revision_large_m: NotNegative = 0.05
-    reached_s: Positive = 2.5
+    reached_s: Positive = 1.5
     missed_s: Positive = 20.0
     unheard_s: NotNegative = 300.0
     frame_bytes: Annotated[int, Field(ge=256, le=60_000)] = 4000

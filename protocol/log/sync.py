@@ -106,7 +106,7 @@ class LogSync:
         self._restored = 0, 0
         self.telling = Telling(self.log, self.settings, self.peers)
         self.telling.count = 0
-        self._announcing.change(now)
+        self._changed(now)
         if self.log.own.count:
             self.telling.news(now)
 
@@ -120,7 +120,7 @@ class LogSync:
         if len(payload) > self.settings.payload_bytes_most:
             raise ValueError(f"a payload of {len(payload)} bytes is too large")
         number = self.log.append(payload, pose)
-        self._announcing.change(now)
+        self._changed(now)
         self.telling.news(now)
         return number
 
@@ -132,8 +132,12 @@ class LogSync:
         """
         self._check_reach(poses)
         self.log.revise(poses)
-        self._announcing.change(now)
+        self._changed(now)
         self.telling.revised(now)
+
+    def rest(self, now: float) -> None:
+        """The robot will observe nothing for a while: what waits to be told need not wait on."""
+        self.telling.complete(now)
 
     def handle(self, peer: str, message: LogMessage, now: float) -> list[Outgoing]:
         """Take a peer's message; return what is to be sent at once."""
@@ -180,7 +184,7 @@ class LogSync:
             sent += [Outgoing(*answer) for answer in self.answering.answer(now)]
         if now >= self._announcing.due:
             if self.asking.lacking:
-                self._announcing.change(now)
+                self._changed(now)
             self._before = [self._before[1], {a: self._held(a) for a in self.log.authors()}]
             if self._announcing.speak(now):
                 if self.telling.forgotten:
@@ -197,6 +201,11 @@ class LogSync:
         """Return the lines since the last call."""
         notes, self.notes = self.notes, []
         return notes
+
+    def _changed(self, now: float) -> None:
+        """Something changed: say what is held before long, if anybody can hear it."""
+        if self.peers.heard_within(self.settings.away_s, now):
+            self._announcing.change(now)
 
     def _check_reach(self, poses: PoseTable) -> None:
         """Check that the others will take these poses."""
@@ -231,7 +240,7 @@ class LogSync:
         self._blame(self.intake.entries(peer, message, now), now)
         self._heard(peer, author, message.numbers, now)
         if len(self.log.of(author).entries) > before:
-            self._announcing.change(now)
+            self._changed(now)
 
     def _pose_set(self, peer: str, message: PoseSet, now: float) -> None:
         """Take a peer's pose revision."""
@@ -244,7 +253,7 @@ class LogSync:
         elif version >= message.version:  # others may not have been able to read it
             self.asking.arrived(author, (0,), peer, now)
         if version > before:
-            self._announcing.change(now)
+            self._changed(now)
 
     def _blame(self, faults: list[tuple[str, str]], now: float) -> None:
         """Count the faults that a message shows."""

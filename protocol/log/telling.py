@@ -72,16 +72,22 @@ class Telling:
             self._pressing = True
         self._wait(now, wait)
 
+    def complete(self, now: float) -> None:
+        """Nothing more is to be expected for a while: there is no use in waiting for more."""
+        if self.due is not None and self._since > now:
+            self.due = self._since = now
+
     def ready(self, now: float) -> bool:
         """Whether those who should hear the news can, or were waited for; if not, `due` is later.
 
         Args:
             now: mission time [s], at or after `due`.
         """
-        reached = set(self._peers.heard_within(self._settings.reached_s, now))
-        all_there = reached.issuperset(self._peers.heard_within(self._settings.missed_s, now))
-        late = now - self._since >= self._settings.unheard_s
-        if late or (reached and (all_there or self._pressing)):
+        settings, waited = self._settings, now - self._since
+        reached = set(self._peers.heard_within(settings.reached_s, now))
+        missed = not reached.issuperset(self._peers.heard_within(settings.missed_s, now))
+        patient = missed and not self._pressing and waited < settings.missed_s
+        if (reached and not patient) or waited >= settings.unheard_s:
             return True
         self.due = now + _AGAIN
         return False

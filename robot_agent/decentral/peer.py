@@ -203,6 +203,8 @@ class Peer:
 
     def _decide(self, now: float) -> list[Effect]:
         """Drive home when nothing is left to do; say so when that is so for all that are heard."""
+        if self.choosing.idle:
+            self.sharing.sync.rest(now)
         award = self.choosing.idle_word(now, self.sharing.home)
         effects = self._tell(award, now) if award else []
         held = self.sharing.checksum()

@@ -15,9 +15,9 @@ from tests.integration.rescue_team import ALONE, KNOWN, Watched, in_order, rescu
 pytestmark = pytest.mark.slow
 
 PARTED = (
-    "world.radio.partitions=[{start_s = 15.0, duration_s = 185.0, groups = [['robot1', 'robot3']]}]"
+    "world.radio.partitions=[{start_s = 15.0, duration_s = 600.0, groups = [['robot1', 'robot3']]}]"
 )
-HEALED = 200.0
+HEALED = 615.0
 
 
 def check_complete(watched: Watched) -> None:
@@ -56,7 +56,7 @@ def test_loss_doubles_and_disorder_leave_no_gap() -> None:
 
 
 def test_a_partition_longer_than_anybody_waits_heals() -> None:
-    watched = Watched(rescue(ALONE, KNOWN, PARTED))
+    watched = Watched(rescue(ALONE, KNOWN, PARTED, max_time=900.0))
     before, missing, equal = 0, 0, 0.0
     alone: set[str] = set()
 
@@ -73,7 +73,9 @@ def test_a_partition_longer_than_anybody_waits_heals() -> None:
     assert len(alone) == 4  # each pair was through by itself, and the world waited
     assert any("goes on" in note for note in watched.notes)
     assert HEALED < equal <= HEALED + 30.0
-    assert watched.log_bytes()["air"] - before <= 1.2 * missing
+    healing = watched.log_bytes()["air"] - before
+    print(f"equal {equal - HEALED:.1f} s after healing, {healing} bytes for {missing} missing")
+    assert healing <= 1.2 * missing
     check_complete(watched)
 
 

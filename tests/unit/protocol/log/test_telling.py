@@ -78,20 +78,36 @@ def test_news_wait_for_somebody_in_reach_but_not_for_ever() -> None:
     assert not telling.ready(303.0)
     assert telling.ready(304.0)
     peers.hear("ben", 50.0)
-    assert telling.ready(52.5)
-    assert not telling.ready(52.6)
+    assert telling.ready(51.5)
+    assert not telling.ready(51.6)
 
 
-def test_news_wait_a_moment_for_one_that_was_just_in_reach() -> None:
+def test_news_wait_a_while_for_one_that_was_just_in_reach() -> None:
     telling, peers, _ = waiting(10.0)
-    peers.hear("cat", 10.0)
+    peers.hear("cat", 12.0)
     peers.hear("ben", 14.0)
     assert not telling.ready(14.0)
-    peers.hear("ben", 20.0)
-    assert not telling.ready(20.0)
-    assert not telling.ready(20.1)
-    peers.hear("ben", 30.0)
-    assert telling.ready(30.1)  # cat is not waited for any more
+    peers.hear("cat", 14.5)
+    assert telling.ready(14.5)
+    peers.hear("ben", 33.9)
+    assert not telling.ready(33.9)
+    assert telling.ready(34.0)  # 20 s were a while
+    peers.hear("ben", 40.0)
+    assert telling.ready(40.0)  # cat is not waited for any more
+
+
+def test_news_that_are_complete_wait_for_no_more() -> None:
+    telling, peers, _ = waiting()
+    telling.complete(1.0)
+    assert telling.due == 1.0
+    assert not telling.ready(1.0)
+    telling.complete(1.2)
+    assert telling.due == 1.5
+    peers.hear("ben", 1.4)
+    assert telling.ready(1.5)
+    telling.tell()
+    telling.complete(2.0)
+    assert telling.due is None
 
 
 def test_a_large_correction_waits_for_nobody_but_the_first_in_reach() -> None:
