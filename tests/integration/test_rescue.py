@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from expedition.launch import Watch, run_team
+from mapping.geometry import Floats
+from protocol.log.pose_coding import pose_steps
 from protocol.messages import Message
 from tests.integration.hostile_robot import LIES, Hostile
 from tests.integration.rescue_team import ALONE, KNOWN, Watched, in_order, rescue
@@ -119,3 +122,35 @@ def test_a_hostile_robot_is_named_and_shut_out_and_the_others_finish(
         assert len(named) == 1 and "robot4 is isolated" in named[0]
     assert len({watched.held()[name] for name in honest}) == 1
     assert len({watched.digests()[name] for name in honest}) == 1
+
+
+def test_a_correction_moves_a_robots_part_of_all_maps_within_a_second() -> None:
+    """As a loop closure does: poses of long ago turn out to be elsewhere by 0.2 m."""
+    watched = Watched(rescue(ALONE, KNOWN, max_time=60.0))
+    robot1 = watched.peer("robot1")
+    corrected = 0.0
+    moved: dict[str, float] = {}
+
+    def farther_left(poses: Floats) -> Floats:
+        off = np.zeros_like(poses)
+        off[:5, 1] = 0.2
+        return poses + off
+
+    def look(now: float) -> None:
+        nonlocal corrected
+        mapping = robot1.agent.mapping
+        if not corrected and now >= 40.0 and mapping is not None:
+            corrected, before = now, mapping.reported_poses
+            mapping.reported_poses = lambda: farther_left(before())  # type: ignore[method-assign]
+        elif corrected:
+            own = robot1.sharing.sync.log.own.pose(3)
+            for name, peer in watched.peers.items():
+                placed = peer.sharing.shared.team.placed()
+                there = [p.T_map_base for p in placed if p.author[0] == "robot1" and p.number == 3]
+                if pose_steps(there[0]) == own and robot1.sharing.sync.log.own.version:
+                    moved.setdefault(name, now - corrected)
+
+    watched.run(look)
+    print({name: round(seconds, 1) for name, seconds in moved.items()})
+    assert len(moved) == 4
+    assert max(moved.values()) <= 1.0
