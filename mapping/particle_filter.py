@@ -7,15 +7,17 @@ Rao-Blackwellized particle filters", Algorithm 1.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from mapping.estimator import Estimate
+from mapping.estimator import Estimate, OthersScan
 from mapping.geometry import IDENTITY, Floats, Pose2, pose_from
 from mapping.grid import OccupancyGrid
 from mapping.incremental_slam import SlamSettings
+from mapping.others_map import OthersMap
 from mapping.particle_history import ParticleHistory
 from mapping.particle_maps import ParticleMaps
 from mapping.particle_settings import ParticleSettings
@@ -69,6 +71,7 @@ class ParticleFilter:
         self._log_weights: Floats = np.zeros(count)
         self._evidence: Floats = np.zeros(count)
         self._maps = ParticleMaps(count, self.settings.map, self.particles.walls)
+        self._others = OthersMap(self.settings.map, self.particles.walls)
         self._history = ParticleHistory()
         # The way since the last update, as scans matched to the best particle's map show it, and
         # the covariance that the wheels alone would give it, in the frame of its beginning.
@@ -98,6 +101,13 @@ class ParticleFilter:
             matched, inserted = self._take(scan, scan_points(scan))
             self._scans.append((len(self._keyframes) - 1, *self._T_keyframe_base.as_tuple()))
         return Estimate(self.T_odom_base, self.covariance, matched, inserted)
+
+    def take_others(self, scans: Sequence[OthersScan]) -> None:
+        """Take in all that others saw, see `TakesOthersScans`.
+
+        It counts from the next update on: what scans are matched with stays the same in between.
+        """
+        self._others.tell(scans)
 
     def finish(self) -> None:
         """Nothing is put right afterwards: the best particle is known all along."""
@@ -150,7 +160,7 @@ class ParticleFilter:
         """Correct the pose by a scan; return how many end points are known, None for a mismatch."""
         pose, covariance, _, explained = self._maps.match(
             self.best, points, self.T_odom_base.as_array(), self.T_odom_base.as_array(),
-            self.covariance,
+            self.covariance, others=self._others.walls,
         )  # fmt: skip
         known, fit = self._judge(scan, points, pose, explained)
         if fit < self.settings.fit_least:
@@ -192,7 +202,9 @@ class ParticleFilter:
         centres[::2] = self._T_odom_last.as_array()
         centres[1::2] = self.T_odom_base.as_array()
         found = [
-            self._maps.match(self.best, points, guess, guess, spread, _LOST_WIDENINGS)
+            self._maps.match(
+                self.best, points, guess, guess, spread, _LOST_WIDENINGS, self._others.walls
+            )
             for guess in drawn(centres, np.tile(spread, (len(centres), 1, 1)), self._rng)
         ]
         pose, covariance, _, explained = max(found, key=lambda match: match[2])
@@ -254,7 +266,9 @@ class ParticleFilter:
         covariances = np.empty((len(predicted), 3, 3))
         for i, mean in enumerate(predicted):
             prior = turned(self._wheels, self.poses[i, 2])
-            means[i], covariances[i], value, _ = self._maps.match(i, points, mean, mean, prior)
+            means[i], covariances[i], value, _ = self._maps.match(
+                i, points, mean, mean, prior, others=self._others.walls
+            )
             evidence[i] = value + 0.5 * np.linalg.slogdet(covariances[i])[1]
         return means, covariances, evidence
 
@@ -297,6 +311,7 @@ class ParticleFilter:
 
     def _close_update(self, scan: LaserScan, parents: npt.NDArray[np.int64]) -> None:
         """Remember the poses of an update, and begin the way to the next."""
+        self._others.follow()
         self._history.append(self.poses, parents)
         self._keyframes.append(replace(scan))  # without the points found in it
         self._between.clear()

@@ -21,6 +21,13 @@ from mapping.wall_tiles import FIELDS, add_end_points
 # Maps grow by so many tiles at once, so that growing is rare.
 CHUNK = 8
 
+# A map that holds nothing: lattice, table and pool.
+_NOBODY = (
+    (0.0, 0.0, 1.0),
+    np.zeros((LAYERS, 0, 0), dtype=np.int32),
+    np.zeros((0, SIDE * SIDE, FIELDS), dtype=np.int16),
+)
+
 
 @dataclass(frozen=True, slots=True)
 class WallSettings:
@@ -67,6 +74,7 @@ class ParticleMaps:
         prior: Floats,
         covariance: Floats,
         widenings: Floats | None = None,
+        others: ParticleMaps | None = None,
     ) -> tuple[Floats, Floats, float, int]:
         """Return where a scan fits the map of one particle best.
 
@@ -77,10 +85,11 @@ class ParticleMaps:
             prior: (3,) mean of the motion model, map frame.
             covariance: (3, 3) of the motion model.
             widenings: see `MatchSettings`, whose own are taken by default.
+            others: a single map, in the same frame, that takes part: what others saw.
 
         Returns:
             The pose (3,), its covariance (3, 3), the log of prior times likelihood there, and how
-            many end points lie at walls.
+            many end points lie at walls of the particle's own map.
         """
         matching, surface = self.settings.matching, self.settings.surface
         perception = matching.perception
@@ -102,6 +111,8 @@ class ParticleMaps:
             (prior[0], prior[1], prior[2]),
             information,
             posterior,
+            _NOBODY if others is None else (others._corner, others.tiles.tables[0],
+                                            others.tiles.pool),
         )  # fmt: skip
         return pose, posterior, value, explained
 

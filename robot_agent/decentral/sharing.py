@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from mapping.estimator import OthersScan
 from mapping.geometry import Floats, Pose2, pose_from
 from mapping.observation_coding import Observation, encode_observation
 from mapping.scan_coding import ScanCodingSettings
 from mapping.shared_map import SharedMap
+from mapping.team_map import PlacedScan
 from protocol.effects import Effect, Send
 from protocol.log.held_log import HeldLog, draw_changes
 from protocol.log.messages import LogMessage, PoseSet
@@ -75,6 +77,7 @@ class Sharing:
         self._noted = sync.telling.version
         self._mapping: LocalMapping | None = None
         self._kept = own_table(sync)
+        self._told_others: tuple[object, ...] = ()
 
     # --- the robot's own ------------------------------------------------------------------------
 
@@ -189,6 +192,8 @@ class Sharing:
         if now < self.feed.due - _EPSILON:
             return None
         self.follow(now)
+        if self._settings.use_team_map:
+            self._tell_others()
         return self.feed.delta_due(now)
 
     def told_judge(self, have: int) -> MapSnapshot | MapDelta | None:
@@ -258,10 +263,32 @@ class Sharing:
                 {"t_s": now, "robot": self.sync.log.me.robot, "poses": poses}
             )
 
+    def _others(self) -> Iterable[PlacedScan[tuple[str, int]]]:
+        """Yield what is not of this start of the robot, by who is not isolated, map frame."""
+        shut_out = self.sync.standing.isolated
+        for seen in self.shared.scans(self.sync.log.me, len(self._kept)):
+            if seen.author[0] not in shut_out:
+                yield seen
+
+    def _tell_others(self) -> None:
+        """Tell the robot's estimator what the others saw, if that is news."""
+        if self._own is None or self._mapping is None:
+            return
+        news = self.checksum(), tuple(self.sync.standing.isolated), len(self._kept)
+        if news != self._told_others:
+            self._told_others = news
+            T_own_map = self._own.T_map_own.inverse()
+            self._mapping.take_others(
+                [
+                    OthersScan(seen.author, seen.number, seen.scan, T_own_map @ seen.T_map_base)
+                    for seen in self._others()
+                ]
+            )
+
     def _try_to_tie(self, now: float) -> None:
         """Look whether what the robot saw fits what was seen around there before."""
         self.follow(now)
-        scans = self.shared.scans(self.sync.log.me, len(self._kept))
+        scans = [(seen.scan, seen.T_map_base) for seen in self._others()]
         resolution = self.shared.team.resolution
         T_map_own = self._tying.attempt(scans, self.whereabouts, resolution, now)
         if T_map_own is None:
