@@ -148,7 +148,7 @@ class Peer:
         beacon = self._beaconing.due(message, where, self.choosing, body, held, now)
         if beacon is None:
             return []
-        self.choosing.crew.hear(self.name, beacon, now)
+        self.choosing.crew.hear(self.name, beacon, now, now)
         return [Send("radio", EVERYONE, beacon), *self._tell(self.choosing.team_poses(now), now)]
 
     def _report(self, message: Message, now: float) -> list[Effect]:
@@ -187,7 +187,7 @@ class Peer:
         if isinstance(message, _LOG):
             return self.sharing.take(source, message, now)
         if isinstance(message, Beacon):
-            if self.choosing.crew.hear(source, message, header.stamp):
+            if self.choosing.crew.hear(source, message, header.stamp, now):
                 return self._tell(self.choosing.team_poses(now), now)
         elif isinstance(message, words.TightPlace):
             return self._tell(message, now)

@@ -13,11 +13,11 @@ from mapping.observation_coding import Observation, encode_observation
 from mapping.scan_coding import ScanCodingSettings
 from mapping.shared_map import SharedMap
 from mapping.team_map import PlacedScan
-from protocol.effects import Effect, Send
+from protocol.effects import Effect
 from protocol.log.held_log import HeldLog, draw_changes
 from protocol.log.messages import LogMessage, PoseSet
 from protocol.log.pose_coding import PoseTable, pose_of, pose_steps
-from protocol.log.sync import LogSync
+from protocol.log.sync import LogSync, sends
 from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
 from protocol.reported_scan import scan_of
@@ -164,10 +164,10 @@ class Sharing:
 
     def take(self, peer: str, message: LogMessage, now: float) -> list[Effect]:
         """Take a peer's word about logs."""
-        sent = self.sync.handle(peer, message, now)
+        self.sync.handle(peer, message, now)
         if self.sync.overtaken:
             self._begin_life(now)
-        return [*(Send("radio", out.to, out.message) for out in sent), *self.sync.take_notes()]
+        return list(self.sync.take_notes())
 
     def fault(self, peer: str, reason: str, now: float) -> list[Effect]:
         """Count something that cannot be."""
@@ -185,7 +185,7 @@ class Sharing:
         sent = self.sync.tick(now)
         if any(isinstance(out.message, PoseSet) for out in sent):
             self._note_told(now)
-        return [*(Send("radio", out.to, out.message) for out in sent), *self.sync.take_notes()]
+        return [*sends("radio", sent), *self.sync.take_notes()]
 
     def delta_due(self, now: float) -> MapDelta | None:
         """Return what changed of the map, if it is time."""

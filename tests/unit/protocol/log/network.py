@@ -108,7 +108,7 @@ class Network:
             sync = self.members.get(to)
             if sync is not None:
                 header, message = decode(frame)
-                self.send(to, sync.handle(header.source, message, self.now))  # type: ignore[arg-type]
+                sync.handle(header.source, message, self.now)  # type: ignore[arg-type]
         for name in sorted(self.members):
             sync = self.members[name]
             if sync.next_deadline() <= self.now:
