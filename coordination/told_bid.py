@@ -18,38 +18,52 @@ class BidError(Exception):
 
 
 class ToldBid(Protocol):
-    """A bid's words; arrays are of any kind of floating-point numbers, frames and units as named.
-
-    Attributes:
-        number: counts the robot's bids.
-        map_number: the map it was made on.
-        T_map_base: where the robot stood.
-        places_map: (n, 2) [m].
-        gains: (n,) expected information [m2].
-        costs_m: (n,) path length [m].
-        rectangles_map: (n, 4) x_min, y_min, x_max, y_max [m].
-        unreachable_map: (k, 2) [m].
-        losses: (n,) [m2], or empty for none.
-    """
+    """A bid's words; its arrays are of any kind of floating-point numbers."""
 
     @property
-    def number(self) -> int: ...
+    def number(self) -> int:
+        """The count of the robot's bids."""
+        ...
+
     @property
-    def map_number(self) -> int: ...
+    def map_number(self) -> int:
+        """The map it was made on."""
+        ...
+
     @property
-    def T_map_base(self) -> Pose2: ...  # noqa: N802
+    def T_map_base(self) -> Pose2:  # noqa: N802
+        """Where the robot stood."""
+        ...
+
     @property
-    def places_map(self) -> Numbers: ...
+    def places_map(self) -> Numbers:
+        """Where it could go, (n, 2) [m]."""
+        ...
+
     @property
-    def gains(self) -> Numbers: ...
+    def gains(self) -> Numbers:
+        """Expected information, (n,) [m2]."""
+        ...
+
     @property
-    def costs_m(self) -> Numbers: ...
+    def costs_m(self) -> Numbers:
+        """Lengths of the ways, (n,) [m]."""
+        ...
+
     @property
-    def rectangles_map(self) -> Numbers: ...
+    def rectangles_map(self) -> Numbers:
+        """What it would see: x_min, y_min, x_max, y_max, (n, 4) [m]."""
+        ...
+
     @property
-    def unreachable_map(self) -> Numbers: ...
+    def unreachable_map(self) -> Numbers:
+        """Where it cannot get to, (k, 2) [m]."""
+        ...
+
     @property
-    def losses(self) -> Numbers: ...
+    def losses(self) -> Numbers:
+        """See `RobotBid`, (n,) [m2]; or empty for none."""
+        ...
 
 
 def robot_bid(robot: str, told: ToldBid, cost_weight: float = 1.0) -> RobotBid:

@@ -47,7 +47,9 @@ class PeerSettings(_Settings):
     A robot whose start is known no better than `tied_m` does not tell what it sees until that fits
     what others saw: with `align_points` end points of `align_scans` or more scans at walls, a share
     of `align_fit` of those that fall where the map is known, which a share of `align_known` must,
-    and a place known to `align_sigma_m`. It tries no more often than every `align_period_s`.
+    and a place known to `align_sigma_m`. It tries no more often than every `align_period_s`. One
+    that heard nobody for `alone_s` goes on from where it thinks that it is, and corrects that when
+    it finds out.
     """
 
     log: LogSyncSettings = LogSyncSettings()
@@ -69,3 +71,4 @@ class PeerSettings(_Settings):
     align_fit: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
     align_known: Annotated[float, Field(ge=0.0, le=1.0)] = 0.7
     align_sigma_m: Positive = 0.03
+    alone_s: Positive = 60.0

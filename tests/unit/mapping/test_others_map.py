@@ -14,10 +14,10 @@ PLACES = [Pose2(1.0, 1.0, 0.0), Pose2(2.0, 1.4, 1.0), Pose2(3.0, 2.0, -2.0)]
 SCANS = [rectangle_scan(place, beams=40) for place in PLACES]
 
 
-def seen(number: int, T_odom_base: Pose2 | None = None, scan: LaserScan | None = None) -> OthersScan:
-    return OthersScan(
-        ("bob", 0), number, scan or SCANS[number], T_odom_base or PLACES[number]
-    )
+def seen(
+    number: int, T_odom_base: Pose2 | None = None, scan: LaserScan | None = None
+) -> OthersScan:
+    return OthersScan(("bob", 0), number, scan or SCANS[number], T_odom_base or PLACES[number])
 
 
 def map_of(*rounds: list[OthersScan]) -> OthersMap:

@@ -114,7 +114,7 @@ def test_what_others_saw_places_a_scan_where_the_own_map_is_empty() -> None:
     pose, covariance, value, explained = empty.match(
         0, points, guess, guess, WIDE, others=shifted_room(0.02, 6)
     )
-    assert pose == pytest.approx(HERE.as_array() + [0.02, 0.0, 0.0], abs=0.01)
+    assert pose == pytest.approx((HERE.x + 0.02, HERE.y, HERE.theta), abs=0.01)
     assert np.trace(covariance) < 0.01 * np.trace(WIDE) and value > 0.0
     assert explained == 0, "the own map explains nothing"
 

@@ -136,7 +136,9 @@ def agreed_at(mine: Choosing, until: float, **told: object) -> float | None:
     """When it says that the mission is over, told all the time the same by bob."""
     for k in range(round(until) + 1):
         if told:
-            mine.crew.hear("bob", beacon(**{"idle": True, "held": HELD, **told}), float(k), float(k))
+            mine.crew.hear(
+                "bob", beacon(**{"idle": True, "held": HELD, **told}), float(k), float(k)
+            )
         if through(mine, float(k)):
             return float(k)
     return None

@@ -206,6 +206,42 @@ def test_one_that_was_started_anew_looks_where_it_was_seen_last() -> None:
     assert tied(robot).T_map_odom.distance_to(T_MAP_OWN) < 0.08
 
 
+def test_one_that_hears_nobody_goes_on_from_where_it_may_be_and_corrects_that_later() -> None:
+    robot = Robot(first=False, alone_s=5.0)
+    robot.told = joined(Pose2(0.1, -0.2, 0.0))
+    robot.begin()
+    for _ in range(4):
+        robot.look(Pose2(0.0, 0.0, 0.3))
+        assert robot.sharing.place_due(robot.now) is None
+    robot.look()
+    placed = robot.sharing.place_due(robot.now)
+    assert placed is not None and placed.matched and robot.sharing.tied
+    assert placed.T_map_odom.distance_to(Pose2(0.1, -0.2, 0.0)) < 0.01
+    assert len(poses_of(robot)) == 5, "what it saw before is told now"
+    assert robot.sharing.whereabouts.sigma[0] > 0.3, "it says that it does not know for sure"
+    robot.sharing.hears("bob", robot.now)
+    robot.sharing.take("bob", message_of(*SEEN), robot.now)
+    for _ in range(12):
+        robot.look(Pose2(0.0, 0.0, 0.5))
+        robot.sharing.place_due(robot.now + 1.0)
+        if robot.sharing.whereabouts.sigma == (0.0, 0.0):
+            break
+    assert robot.sharing.whereabouts.T_map_own.distance_to(T_MAP_OWN) < 0.08
+    assert poses_of(robot)[0].distance_to(T_MAP_OWN) < 0.08, "what it told is put right"
+    told = len(poses_of(robot))
+    robot.look()
+    assert len(poses_of(robot)) == told + 1
+
+
+def test_one_that_hears_somebody_waits_until_it_knows_where_it_is() -> None:
+    robot = Robot(first=False, alone_s=5.0)
+    robot.begin()
+    for _ in range(12):
+        robot.look(Pose2(0.0, 0.0, 0.3))
+        robot.sharing.hears("bob", robot.now)
+        assert robot.sharing.place_due(robot.now) is None
+
+
 def tied(robot: Robot) -> PoseUpdate:
     """Let a robot turn until it knows where it is; a place is believed that comes again."""
     for _ in range(12):
