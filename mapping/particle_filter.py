@@ -160,7 +160,7 @@ class ParticleFilter:
         """Correct the pose by a scan; return how many end points are known, None for a mismatch."""
         pose, covariance, _, explained = self._maps.match(
             self.best, points, self.T_odom_base.as_array(), self.T_odom_base.as_array(),
-            self.covariance, others=self._others.walls,
+            self.covariance,
         )  # fmt: skip
         known, fit = self._judge(scan, points, pose, explained)
         if fit < self.settings.fit_least:
@@ -202,9 +202,7 @@ class ParticleFilter:
         centres[::2] = self._T_odom_last.as_array()
         centres[1::2] = self.T_odom_base.as_array()
         found = [
-            self._maps.match(
-                self.best, points, guess, guess, spread, _LOST_WIDENINGS, self._others.walls
-            )
+            self._maps.match(self.best, points, guess, guess, spread, _LOST_WIDENINGS)
             for guess in drawn(centres, np.tile(spread, (len(centres), 1, 1)), self._rng)
         ]
         pose, covariance, _, explained = max(found, key=lambda match: match[2])
@@ -266,9 +264,7 @@ class ParticleFilter:
         covariances = np.empty((len(predicted), 3, 3))
         for i, mean in enumerate(predicted):
             prior = turned(self._wheels, self.poses[i, 2])
-            means[i], covariances[i], value, _ = self._maps.match(
-                i, points, mean, mean, prior, others=self._others.walls
-            )
+            means[i], covariances[i], value, _ = self._maps.match(i, points, mean, mean, prior)
             evidence[i] = value + 0.5 * np.linalg.slogdet(covariances[i])[1]
         return means, covariances, evidence
 
@@ -312,6 +308,7 @@ class ParticleFilter:
     def _close_update(self, scan: LaserScan, parents: npt.NDArray[np.int64]) -> None:
         """Remember the poses of an update, and begin the way to the next."""
         self._others.follow()
+        self._maps.others = self._others.walls
         self._history.append(self.poses, parents)
         self._keyframes.append(replace(scan))  # without the points found in it
         self._between.clear()

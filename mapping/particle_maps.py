@@ -13,7 +13,7 @@ from mapping.geometry import Floats
 from mapping.grid import GridGeometry
 from mapping.match_map import MapSettings
 from mapping.newton_ascent import invert
-from mapping.shared_tiles import SIDE, SharedTiles
+from mapping.shared_tiles import SIDE, Ids, SharedTiles, Shorts
 from mapping.surface_map import LAYERS
 from mapping.tile_matching import match_tiles
 from mapping.wall_tiles import FIELDS, add_end_points
@@ -22,7 +22,7 @@ from mapping.wall_tiles import FIELDS, add_end_points
 CHUNK = 8
 
 # A map that holds nothing: lattice, table and pool.
-_NOBODY = (
+_NOBODY: tuple[tuple[float, float, float], Ids, Shorts] = (
     (0.0, 0.0, 1.0),
     np.zeros((LAYERS, 0, 0), dtype=np.int32),
     np.zeros((0, SIDE * SIDE, FIELDS), dtype=np.int16),
@@ -54,9 +54,10 @@ class ParticleMaps:
         tiles: the cells, shared between the particles.
         lattice: where the tiles are, one cell of this geometry per tile, map frame.
         scans: number of scans inserted.
+        others: what others saw, a single map in the same frame, which all particles share; or None.
     """
 
-    __slots__ = ("_widenings", "lattice", "scans", "settings", "tiles", "walls")
+    __slots__ = ("_widenings", "lattice", "others", "scans", "settings", "tiles", "walls")
 
     def __init__(self, count: int, settings: MapSettings, walls: WallSettings) -> None:
         self.settings = settings
@@ -64,6 +65,7 @@ class ParticleMaps:
         self.tiles = SharedTiles(count, LAYERS, FIELDS)
         self.lattice = GridGeometry(walls.cell * SIDE, 0.0, 0.0, 1, 1)
         self.scans = 0
+        self.others: ParticleMaps | None = None
         self._widenings = np.array(settings.matching.widenings)
 
     def match(
@@ -74,9 +76,8 @@ class ParticleMaps:
         prior: Floats,
         covariance: Floats,
         widenings: Floats | None = None,
-        others: ParticleMaps | None = None,
     ) -> tuple[Floats, Floats, float, int]:
-        """Return where a scan fits the map of one particle best.
+        """Return where a scan fits the map of one particle, and that of the others, best.
 
         Args:
             particle: whose map.
@@ -85,7 +86,6 @@ class ParticleMaps:
             prior: (3,) mean of the motion model, map frame.
             covariance: (3, 3) of the motion model.
             widenings: see `MatchSettings`, whose own are taken by default.
-            others: a single map, in the same frame, that takes part: what others saw.
 
         Returns:
             The pose (3,), its covariance (3, 3), the log of prior times likelihood there, and how
@@ -111,8 +111,7 @@ class ParticleMaps:
             (prior[0], prior[1], prior[2]),
             information,
             posterior,
-            _NOBODY if others is None else (others._corner, others.tiles.tables[0],
-                                            others.tiles.pool),
+            self._theirs(),
         )  # fmt: skip
         return pose, posterior, value, explained
 
@@ -143,6 +142,11 @@ class ParticleMaps:
     def inherit(self, parents: npt.NDArray[np.int64]) -> None:
         """Give particle i the map that particle `parents[i]` has now, for each i."""
         self.tiles.inherit(parents)
+
+    def _theirs(self) -> tuple[tuple[float, float, float], Ids, Shorts]:
+        """Return lattice, table and pool of what others saw."""
+        others = self.others
+        return (others._corner, others.tiles.tables[0], others.tiles.pool) if others else _NOBODY
 
     @property
     def _corner(self) -> tuple[float, float, float]:
