@@ -11,7 +11,6 @@ from pydantic import ValidationError
 
 from coordination.strategy import StrategyError, load_strategy
 from expedition.team import TeamSettings, UsageError, pose_of_start
-from mapping.estimator import TakesOthersScans
 from mapping.geometry import Pose2, wrap_angle
 from mapping.shared_map import SharedMap
 from mapping.team_map import TeamMap
@@ -120,20 +119,15 @@ def check_strategy(team: TeamSettings) -> None:
 
 
 def check_estimator(team: TeamSettings) -> None:
-    """Refuse an unknown estimator, or one that cannot use the team's map when it is to.
+    """Refuse an unknown estimator.
 
     Raises:
         UsageError: says which estimators there are.
     """
     try:
-        estimator = find_estimator(team.robot.estimator)
+        find_estimator(team.robot.estimator)
     except EstimatorError as error:
         raise UsageError(str(error)) from None
-    if team.robot.peer.use_team_map and not issubclass(estimator, TakesOthersScans):
-        raise UsageError(
-            f"robot.peer.use_team_map: '{team.robot.estimator}' places the robot by its own scans "
-            "alone; set robot.estimator to one that takes those of others, as particle_filter does"
-        )
 
 
 def judge_of(team: TeamSettings, stage: Stage) -> Judge:

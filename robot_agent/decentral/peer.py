@@ -106,7 +106,9 @@ class Peer:
         was_tied = self.sharing.tied
         placed = self.sharing.place_due(now)
         if self.sharing.tied and not was_tied:
-            effects.append(Note("info", f"knows where it is at {now:.1f} s"))
+            known = self.sharing.whereabouts.sigma == (0.0, 0.0)
+            text = "knows where it is" if known else "hears nobody and goes on from where it may be"
+            effects.append(Note("info", f"{text} at {now:.1f} s"))
         if placed is not None:
             effects += self._tell(placed, now)
         return [*effects, *self._decide(now)]

@@ -41,8 +41,8 @@ class PeerSettings(_Settings):
     Its poses are told anew when one is off by `repose_m` or `repose_deg`, which it looks for every
     `repose_period_s`. The map is drawn every `map_period_s`. It is no larger than `largest_cells`.
 
-    With `use_team_map` the robot's estimator places the robot by what the others saw, too, where
-    their newest poses put it; the estimator must be one that can, as `particle_filter` is.
+    With `use_team_map` an estimator that can, as `particle_filter`, places the robot by what the
+    others saw, too, where their newest poses put it.
 
     A robot whose start is known no better than `tied_m` does not tell what it sees until that fits
     what others saw: with `align_points` end points of `align_scans` or more scans at walls, a share

@@ -230,7 +230,8 @@ class Sharing:
         if not anew:
             for report in self._tying.waiting:
                 self._append(report, now)
-        elif self._mapping is not None and self._rows:
+        else:
+            assert self._mapping is not None
             self._revise(self._own.table(self._mapping.reported_poses()[self._rows]), now)
         first = self._first_pose() or T_map_own
         self.home = (first.x, first.y)

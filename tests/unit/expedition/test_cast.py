@@ -46,13 +46,6 @@ def test_what_cannot_be_used_is_named() -> None:
         cast.agent_host(team(mission={"strategy": "none"}), "robot1")
     with pytest.raises(UsageError, match="estimator"):
         cast.agent_host(team(robot={"estimator": "none"}), "robot1")
-    with pytest.raises(UsageError, match=r"scan_matching.*particle_filter"):
-        cast.check_estimator(
-            team(robot={"peer": {"use_team_map": True}, "estimator": "scan_matching"})
-        )
-    cast.check_estimator(
-        team(robot={"peer": {"use_team_map": True}, "estimator": "particle_filter"})
-    )
 
 
 @pytest.mark.parametrize("server", [True, False])
