@@ -8,8 +8,9 @@ team and a recorded log feed it alike. A new one is one file and one row in
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from mapping.geometry import Floats, Pose2
 from mapping.grid import OccupancyGrid
@@ -32,6 +33,23 @@ class Estimate:
     covariance: Floats
     matched: bool
     inserted: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OthersScan:
+    """What somebody else saw.
+
+    Attributes:
+        author: who: a name, and which life of its software.
+        number: which of the author's scans it is.
+        scan: the ranges.
+        T_odom_base: where its author says that it was taken, in the frame of the robot's own map.
+    """
+
+    author: tuple[str, int]
+    number: int
+    scan: LaserScan
+    T_odom_base: Pose2
 
 
 class Estimator(Protocol):
@@ -75,4 +93,20 @@ class Estimator(Protocol):
 
     def occupancy(self) -> OccupancyGrid:
         """Return the map as known now, in the frame of `trajectory`."""
+        ...
+
+
+@runtime_checkable
+class TakesOthersScans(Protocol):
+    """What an estimator may do besides: place the robot by what others saw, too."""
+
+    def take_others(self, scans: Sequence[OthersScan]) -> None:
+        """Take in all that others saw, in place of all that was told by this before.
+
+        None of it may be the robot's own: what an estimator made of its scans must not come back
+        to it as if somebody else had seen the same.
+
+        Args:
+            scans: ordered by author and number; where they lie may be told anew at any time.
+        """
         ...

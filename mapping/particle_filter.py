@@ -7,15 +7,17 @@ Rao-Blackwellized particle filters", Algorithm 1.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from mapping.estimator import Estimate
+from mapping.estimator import Estimate, OthersScan
 from mapping.geometry import IDENTITY, Floats, Pose2, pose_from
 from mapping.grid import OccupancyGrid
 from mapping.incremental_slam import SlamSettings
+from mapping.others_map import OthersMap
 from mapping.particle_history import ParticleHistory
 from mapping.particle_maps import ParticleMaps
 from mapping.particle_settings import ParticleSettings
@@ -69,6 +71,7 @@ class ParticleFilter:
         self._log_weights: Floats = np.zeros(count)
         self._evidence: Floats = np.zeros(count)
         self._maps = ParticleMaps(count, self.settings.map, self.particles.walls)
+        self._others = OthersMap(self.settings.map, self.particles.walls)
         self._history = ParticleHistory()
         # The way since the last update, as scans matched to the best particle's map show it, and
         # the covariance that the wheels alone would give it, in the frame of its beginning.
@@ -98,6 +101,13 @@ class ParticleFilter:
             matched, inserted = self._take(scan, scan_points(scan))
             self._scans.append((len(self._keyframes) - 1, *self._T_keyframe_base.as_tuple()))
         return Estimate(self.T_odom_base, self.covariance, matched, inserted)
+
+    def take_others(self, scans: Sequence[OthersScan]) -> None:
+        """Take in all that others saw, see `TakesOthersScans`.
+
+        It counts from the next update on: what scans are matched with stays the same in between.
+        """
+        self._others.tell(scans)
 
     def finish(self) -> None:
         """Nothing is put right afterwards: the best particle is known all along."""
@@ -297,6 +307,8 @@ class ParticleFilter:
 
     def _close_update(self, scan: LaserScan, parents: npt.NDArray[np.int64]) -> None:
         """Remember the poses of an update, and begin the way to the next."""
+        self._others.follow()
+        self._maps.others = self._others.walls
         self._history.append(self.poses, parents)
         self._keyframes.append(replace(scan))  # without the points found in it
         self._between.clear()

@@ -13,13 +13,20 @@ from mapping.geometry import Floats
 from mapping.grid import GridGeometry
 from mapping.match_map import MapSettings
 from mapping.newton_ascent import invert
-from mapping.shared_tiles import SIDE, SharedTiles
+from mapping.shared_tiles import SIDE, Ids, SharedTiles, Shorts
 from mapping.surface_map import LAYERS
 from mapping.tile_matching import match_tiles
 from mapping.wall_tiles import FIELDS, add_end_points
 
 # Maps grow by so many tiles at once, so that growing is rare.
 CHUNK = 8
+
+# A map that holds nothing: lattice, table and pool.
+_NOBODY: tuple[tuple[float, float, float], Ids, Shorts] = (
+    (0.0, 0.0, 1.0),
+    np.zeros((LAYERS, 0, 0), dtype=np.int32),
+    np.zeros((0, SIDE * SIDE, FIELDS), dtype=np.int16),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +54,10 @@ class ParticleMaps:
         tiles: the cells, shared between the particles.
         lattice: where the tiles are, one cell of this geometry per tile, map frame.
         scans: number of scans inserted.
+        others: what others saw, a single map in the same frame, which all particles share; or None.
     """
 
-    __slots__ = ("_widenings", "lattice", "scans", "settings", "tiles", "walls")
+    __slots__ = ("_widenings", "lattice", "others", "scans", "settings", "tiles", "walls")
 
     def __init__(self, count: int, settings: MapSettings, walls: WallSettings) -> None:
         self.settings = settings
@@ -57,6 +65,7 @@ class ParticleMaps:
         self.tiles = SharedTiles(count, LAYERS, FIELDS)
         self.lattice = GridGeometry(walls.cell * SIDE, 0.0, 0.0, 1, 1)
         self.scans = 0
+        self.others: ParticleMaps | None = None
         self._widenings = np.array(settings.matching.widenings)
 
     def match(
@@ -68,7 +77,7 @@ class ParticleMaps:
         covariance: Floats,
         widenings: Floats | None = None,
     ) -> tuple[Floats, Floats, float, int]:
-        """Return where a scan fits the map of one particle best.
+        """Return where a scan fits the map of one particle, and that of the others, best.
 
         Args:
             particle: whose map.
@@ -80,7 +89,7 @@ class ParticleMaps:
 
         Returns:
             The pose (3,), its covariance (3, 3), the log of prior times likelihood there, and how
-            many end points lie at walls.
+            many end points lie at walls of the particle's own map.
         """
         matching, surface = self.settings.matching, self.settings.surface
         perception = matching.perception
@@ -102,6 +111,7 @@ class ParticleMaps:
             (prior[0], prior[1], prior[2]),
             information,
             posterior,
+            self._theirs(),
         )  # fmt: skip
         return pose, posterior, value, explained
 
@@ -132,6 +142,11 @@ class ParticleMaps:
     def inherit(self, parents: npt.NDArray[np.int64]) -> None:
         """Give particle i the map that particle `parents[i]` has now, for each i."""
         self.tiles.inherit(parents)
+
+    def _theirs(self) -> tuple[tuple[float, float, float], Ids, Shorts]:
+        """Return lattice, table and pool of what others saw."""
+        others = self.others
+        return (others._corner, others.tiles.tables[0], others.tiles.pool) if others else _NOBODY
 
     @property
     def _corner(self) -> tuple[float, float, float]:

@@ -16,9 +16,8 @@ import numpy.typing as npt
 from mapping.geometry import Pose2
 from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
 from mapping.observation_coding import Observation, ObservationError, decode_observation
-from mapping.scan import LaserScan
 from mapping.scan_layout import KNOWN_LAYOUTS, SensorLayout
-from mapping.team_map import TeamMap
+from mapping.team_map import PlacedScan, TeamMap
 
 Author = tuple[str, int]  # a robot's name, and which life of it
 
@@ -142,11 +141,11 @@ class SharedMap:
         for view in self._views:
             view.note(box)
 
-    def scans(self, author: Author, since: int) -> Iterable[tuple[LaserScan, Pose2]]:
-        """Yield all scans but those of an author after number `since`, with poses, map frame."""
+    def scans(self, author: Author, since: int) -> Iterable[PlacedScan[Author]]:
+        """Yield all scans but those of an author after number `since`, by author and number."""
         for placed in self.team.placed():
             if placed.author != author or placed.number <= since:
-                yield placed.scan, placed.T_map_base
+                yield placed
 
     def _observe(self, author: Author, number: int, held: Held) -> str | None:
         """Take in an entry; return why it cannot be drawn, None if it can."""

@@ -4,6 +4,9 @@ The objective is that of `scan_matching`: motion model times perceptual model. H
 expectation and maximisation: which piece of wall each end point belongs to, and how likely it
 belongs to any, is settled at the pose so far; then one weighted least-squares step is taken.
 
+A second map can take part, of what others saw. What an end point says of each of the two counts by
+itself: walls that both know pull to the middle between them.
+
 Source: Simmons et al. 2000, section "Coordinated Mapping", for the objective; Dempster, Laird &
 Rubin 1977 for the ascent.
 """
@@ -19,6 +22,9 @@ from mapping.geometry import Floats
 from mapping.newton_ascent import invert, settle
 from mapping.shared_tiles import Ids, Shorts
 from mapping.wall_tiles import find_surfels
+
+# Of the others' walls no number of a scan is known: by this, only end points count for trust.
+_LONG_AGO = 1e9
 
 
 @compiled
@@ -36,6 +42,7 @@ def match_tiles(
     prior: tuple[float, float, float],
     information: Floats,
     covariance: Floats,
+    others: tuple[tuple[float, float, float], Ids, Shorts],
 ) -> tuple[float, int]:
     """Move a pose to where a scan fits one map best; `pose` (3,) is start and result.
 
@@ -53,16 +60,21 @@ def match_tiles(
         prior: (x, y, theta), mean of the motion model, map frame.
         information: (3, 3), inverse of its covariance.
         covariance: (3, 3), filled with the inverse of prior plus scan information.
+        others: lattice, table and pool of a second map in the same frame; a table (layers, 0, 0)
+            for none.
 
     Returns:
         Log of prior times likelihood at the result, up to a constant, and how many end points lie
-        within 3 sigma of a wall there.
+        within 3 sigma of a wall of the first map there.
     """
     reach, radius, doubt, now, line_below, blob_above = walls
     sigma, outlier, beam_weight = perception
     steps, tolerance, lever = limits
     cells = np.full((points.shape[0], 3), -1, dtype=np.int32)
     surfels = np.empty((points.shape[0], 6))
+    their_lattice, their_table, their_pool = others
+    together = their_table.shape[1] > 0
+    their_cells, theirs = cells.copy(), surfels.copy()
     seen, pull = np.empty((3, 3)), np.empty(3)
     total, spread = np.empty((3, 3)), np.empty((3, 3))
     value, explained = 0.0, 0
@@ -72,9 +84,27 @@ def match_tiles(
                 points, pose, lattice, depth, table, pool, reach, radius, doubt, now,
                 (line_below, blob_above), cells, surfels,
             )  # fmt: skip
-            value, explained = _weigh_points(
+            seen[:] = 0.0
+            pull[:] = 0.0
+            value, explained, best = _weigh_points(
                 points, pose, surfels, sigma * widening, outlier, seen, pull
             )
+            if together:
+                find_surfels(
+                    points, pose, their_lattice, depth, their_table, their_pool, reach, radius,
+                    doubt, _LONG_AGO, (line_below, blob_above), their_cells, theirs,
+                )  # fmt: skip
+                more, _, their_best = _weigh_points(
+                    points, pose, theirs, sigma * widening, outlier, seen, pull
+                )
+                value += more
+                best = max(best, their_best)
+            if best > 0.0:
+                # Weights count by comparison: where all walls are young, they are all there is to
+                # go by.
+                seen /= best
+                pull /= best
+            seen[1, 0], seen[2, 0], seen[2, 1] = seen[0, 1], seen[0, 2], seen[1, 2]
             _add_prior(pose, prior, information, beam_weight, seen, pull, total)
             invert(total, spread)
             size = _step(spread, pull, lever, pose)
@@ -107,20 +137,20 @@ def _weigh_points(
     outlier: float,
     seen: Floats,
     pull: Floats,
-) -> tuple[float, int]:
+) -> tuple[float, int, float]:
     """Sum up what end points say, each as far as it belongs to its piece of wall.
 
-    Fills `seen` (3, 3) with their information and `pull` (3,) with the gradient by the pose.
+    Adds their information to the upper half of `seen` (3, 3), and the gradient by the pose to
+    `pull` (3,).
 
     Returns:
-        The log-likelihood, 0 where no wall is, and how many end points lie within 3 sigma of one.
+        The log-likelihood, 0 where no wall is, how many end points lie within 3 sigma of one, and
+        the largest trust in a wall.
     """
     c, s = math.cos(pose[2]), math.sin(pose[2])
     inverse = 1.0 / (sigma * sigma)
     flat = math.log(outlier)
     value, explained, best = 0.0, 0, 0.0
-    seen[:] = 0.0
-    pull[:] = 0.0
     for i in range(points.shape[0]):
         trust = surfels[i, 5]
         if trust < 0.0:
@@ -148,12 +178,7 @@ def _weigh_points(
         seen[1, 1] += w * ayy
         seen[1, 2] += w * ayt
         seen[2, 2] += w * (-ry * axt + rx * ayt)
-    seen[1, 0], seen[2, 0], seen[2, 1] = seen[0, 1], seen[0, 2], seen[1, 2]
-    if best > 0.0:
-        # Weights count by comparison: where all walls are young, they are all there is to go by.
-        seen /= best
-        pull /= best
-    return value, explained
+    return value, explained, best
 
 
 @compiled

@@ -16,15 +16,26 @@ class Crew:
 
     Attributes:
         beacons: by name, the newest.
-        stamps: by name, when it was sent [s], mission time.
+        stamps: by name, when it was sent [s], mission time, but never later than it was heard.
     """
 
     def __init__(self) -> None:
         self.beacons: dict[str, Beacon] = {}
         self.stamps: dict[str, float] = {}
 
-    def hear(self, name: str, beacon: Beacon, stamp: float) -> bool:
-        """Take a beacon; return whether it is newer than what was heard before."""
+    def hear(self, name: str, beacon: Beacon, stamp: float, now: float) -> bool:
+        """Take a beacon; return whether it is newer than what was heard before.
+
+        A sender whose clock is ahead counts as if it spoke now. Otherwise it would be here for
+        longer than it is, and nothing that it says once its clock is right would be heard.
+
+        Args:
+            name: who sent it.
+            beacon: what it says.
+            stamp: when, by the sender's clock [s], mission time.
+            now: mission time [s].
+        """
+        stamp = min(stamp, now)
         if stamp <= self.stamps.get(name, -1.0):
             return False
         self.beacons[name], self.stamps[name] = beacon, stamp

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from mapping.estimator import OthersScan, TakesOthersScans
 from mapping.geometry import IDENTITY, Floats, Pose2
 from mapping.incremental_slam import SlamSettings
 from mapping.match_map import MapSettings
@@ -90,6 +91,11 @@ class LocalMapping:
         self._since_report += 1
         pose = self.T_odom_base
         self._track.append((scan.stamp, pose.x, pose.y, pose.theta))
+
+    def take_others(self, scans: Sequence[OthersScan]) -> None:
+        """Tell the estimator all that others saw, odom frame, if it is one that takes it."""
+        if isinstance(self._slam, TakesOthersScans):
+            self._slam.take_others(scans)
 
     def sight(self, places_base: Floats) -> None:
         """Note where the last scan showed discs of a teammate's size, (k, 2) [m], base frame."""

@@ -18,7 +18,7 @@ from protocol.crew import Crew
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send, Stop
 from protocol.log.held_log import HeldLog, draw_changes
 from protocol.log.messages import LogHave, LogWant, Observations, PoseSet
-from protocol.log.sync import LogSync
+from protocol.log.sync import LogSync, sends
 from protocol.map_feed import MapFeed
 from protocol.messages import EVERYONE, WORLD, Ended, Message
 from protocol.peer_messages import Beacon, Presence
@@ -118,14 +118,14 @@ class Listener:
             return []
         self.sync.hear(source, now)
         if isinstance(message, _LOG):
-            sent = self.sync.handle(source, message, now)
-            return [*(Send("fleet", out.to, out.message) for out in sent), *self.sync.take_notes()]
+            self.sync.handle(source, message, now)
+            return list(self.sync.take_notes())
         if isinstance(message, Beacon):
-            self.crew.hear(source, message, header.stamp)
+            self.crew.hear(source, message, header.stamp, now)
         return []
 
     def _say(self, now: float) -> list[Effect]:
-        return [Send("fleet", out.to, out.message) for out in self.sync.tick(now)]
+        return sends("fleet", self.sync.tick(now))
 
     def _answer(self, name: str, message: Message) -> list[Effect]:
         """Answer an observer or an operator: nobody can tell these robots what to do."""

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from coordination.strategy import Strategy
+from coordination.told_bid import BidError, robot_bid
 from mapping.geometry import IDENTITY
 from protocol import messages as words
 from protocol import operator_messages as asks
@@ -18,7 +19,7 @@ from protocol.effects import Effect, Event, Note, Received, Rejected, Send, Stop
 from protocol.fault_book import FaultBook
 from protocol.messages import Message
 from protocol.world_messages import Finished, Join
-from server.bids import BidError, robot_bid
+from server.bids import way_weight
 from server.last_looks import LastLooks
 from server.map_merger import MapMerger
 from server.map_publisher import MapPublisher
@@ -214,8 +215,8 @@ class Master:
         if name not in self.roster.bodies:
             return []
         try:
-            weight = self.settings.cost_weights.get(name, 1.0)
-            bid = robot_bid(name, message, self.roster.bodies[name], weight)
+            dear = self.settings.cost_weights.get(name, 1.0)
+            bid = robot_bid(name, message, way_weight(self.roster.bodies[name], dear))
         except BidError as error:
             return [Note("warning", f"dropped a bid of {name}: {error}")]
         return list(self.executive.bid(bid, now))

@@ -14,11 +14,12 @@ section 1.3.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
-from protocol.effects import Note
+from protocol.effects import Effect, Note, Send
 from protocol.log.announcing import Announcing
 from protocol.log.answering import Answering
 from protocol.log.asking import Asking
@@ -46,6 +47,11 @@ class Outgoing(NamedTuple):
 
     to: str
     message: LogMessage
+
+
+def sends(channel: str, outgoing: Iterable[Outgoing]) -> list[Effect]:
+    """Return the effects that send messages over a channel."""
+    return [Send(channel, out.to, out.message) for out in outgoing]
 
 
 class LogSync:
@@ -139,10 +145,10 @@ class LogSync:
         """The robot will observe nothing for a while: what waits to be told need not wait on."""
         self.telling.complete(now)
 
-    def handle(self, peer: str, message: LogMessage, now: float) -> list[Outgoing]:
-        """Take a peer's message; return what is to be sent at once."""
+    def handle(self, peer: str, message: LogMessage, now: float) -> None:
+        """Take a peer's message. What it asks for is sent by `tick`, when that is due."""
         if peer in self.standing.isolated or peer == self.log.me.robot:
-            return []
+            return
         back = self.peers.hear(peer, now)
         if back and not isinstance(message, LogHave):
             self._announcing.contact(now)
@@ -158,7 +164,6 @@ class LogSync:
         except ValueError as error:
             self.fault(peer, str(error), now)
         self.asking.schedule(now)
-        return []
 
     def hear(self, peer: str, now: float) -> None:
         """Note that a peer sent something else than a message about logs: it is here."""

@@ -10,6 +10,7 @@ import math
 
 from coordination.bid import RobotBid
 from coordination.strategy import Strategy
+from coordination.told_bid import robot_bid
 from coordination.tried_places import TriedPlaces
 from mapping.geometry import Floats, Pose2
 from protocol.crew import Crew
@@ -61,7 +62,7 @@ class Choosing:
 
     def bid(self, message: Bid, now: float) -> Award | None:
         """Decide on a new bid of the robot's own."""
-        bid = robot_bid_of(self._agent.name, message)
+        bid = robot_bid(self._agent.name, message)
         return self._decision.bid(bid, self._costs(bid.places, now), now)
 
     def ended(self, end: TaskEnd, now: float) -> Award | None:
@@ -138,20 +139,3 @@ class Choosing:
 
     def _where(self, name: str) -> Pose2:
         return self.crew.beacons[name].T_map_base
-
-
-def robot_bid_of(robot: str, message: Bid) -> RobotBid:
-    """Return a robot's own bid, as strategies take it."""
-    losses = message.losses if len(message.losses) else message.gains * 0.0
-    return RobotBid(
-        robot,
-        message.number,
-        message.map_number,
-        message.T_map_base,
-        message.places_map.astype(float),
-        message.gains.astype(float),
-        message.costs_m.astype(float),
-        message.rectangles_map.astype(float),
-        message.unreachable_map.astype(float),
-        losses.astype(float),
-    )

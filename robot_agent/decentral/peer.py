@@ -106,7 +106,9 @@ class Peer:
         was_tied = self.sharing.tied
         placed = self.sharing.place_due(now)
         if self.sharing.tied and not was_tied:
-            effects.append(Note("info", f"knows where it is at {now:.1f} s"))
+            known = self.sharing.whereabouts.sigma == (0.0, 0.0)
+            text = "knows where it is" if known else "hears nobody and goes on from where it may be"
+            effects.append(Note("info", f"{text} at {now:.1f} s"))
         if placed is not None:
             effects += self._tell(placed, now)
         return [*effects, *self._decide(now)]
@@ -148,7 +150,7 @@ class Peer:
         beacon = self._beaconing.due(message, where, self.choosing, body, held, now)
         if beacon is None:
             return []
-        self.choosing.crew.hear(self.name, beacon, now)
+        self.choosing.crew.hear(self.name, beacon, now, now)
         return [Send("radio", EVERYONE, beacon), *self._tell(self.choosing.team_poses(now), now)]
 
     def _report(self, message: Message, now: float) -> list[Effect]:
@@ -187,7 +189,7 @@ class Peer:
         if isinstance(message, _LOG):
             return self.sharing.take(source, message, now)
         if isinstance(message, Beacon):
-            if self.choosing.crew.hear(source, message, header.stamp):
+            if self.choosing.crew.hear(source, message, header.stamp, now):
                 return self._tell(self.choosing.team_poses(now), now)
         elif isinstance(message, words.TightPlace):
             return self._tell(message, now)

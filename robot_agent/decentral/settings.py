@@ -41,10 +41,15 @@ class PeerSettings(_Settings):
     Its poses are told anew when one is off by `repose_m` or `repose_deg`, which it looks for every
     `repose_period_s`. The map is drawn every `map_period_s`. It is no larger than `largest_cells`.
 
+    With `use_team_map` an estimator that can, as `particle_filter`, places the robot by what the
+    others saw, too, where their newest poses put it.
+
     A robot whose start is known no better than `tied_m` does not tell what it sees until that fits
     what others saw: with `align_points` end points of `align_scans` or more scans at walls, a share
     of `align_fit` of those that fall where the map is known, which a share of `align_known` must,
-    and a place known to `align_sigma_m`. It tries no more often than every `align_period_s`.
+    and a place known to `align_sigma_m`. It tries no more often than every `align_period_s`. One
+    that heard nobody for `alone_s` goes on from where it thinks that it is, and corrects that when
+    it finds out.
     """
 
     log: LogSyncSettings = LogSyncSettings()
@@ -56,6 +61,7 @@ class PeerSettings(_Settings):
     repose_m: Positive = 0.02
     repose_deg: Positive = 0.3
     repose_period_s: Positive = 0.5
+    use_team_map: bool = False
     map_period_s: Positive = 0.3
     largest_cells: Annotated[int, Field(ge=1_000, le=50_000_000)] = 25_000_000
     tied_m: Positive = 0.15
@@ -65,3 +71,4 @@ class PeerSettings(_Settings):
     align_fit: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
     align_known: Annotated[float, Field(ge=0.0, le=1.0)] = 0.7
     align_sigma_m: Positive = 0.03
+    alone_s: Positive = 60.0

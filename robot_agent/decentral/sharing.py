@@ -11,15 +11,16 @@ from mapping.geometry import Floats, Pose2, pose_from
 from mapping.observation_coding import Observation, encode_observation
 from mapping.scan_coding import ScanCodingSettings
 from mapping.shared_map import SharedMap
-from protocol.effects import Effect, Send
+from protocol.effects import Effect
 from protocol.log.held_log import HeldLog, draw_changes
 from protocol.log.messages import LogMessage, PoseSet
 from protocol.log.pose_coding import PoseTable, pose_of, pose_steps
-from protocol.log.sync import LogSync
+from protocol.log.sync import LogSync, sends
 from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
 from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
+from robot_agent.decentral.others_scans import OthersScans
 from robot_agent.decentral.own_poses import OwnPoses, moved
 from robot_agent.decentral.settings import PeerSettings
 from robot_agent.decentral.tying import Tying, Whereabouts, left_at, told_at_start
@@ -75,6 +76,9 @@ class Sharing:
         self._noted = sync.telling.version
         self._mapping: LocalMapping | None = None
         self._kept = own_table(sync)
+        self._others = OthersScans(sync, shared)
+        self._heard = -math.inf  # when anybody was, or the robot began
+        self._guessed = False  # where its own map lies, as nobody was heard
 
     # --- the robot's own ------------------------------------------------------------------------
 
@@ -89,8 +93,9 @@ class Sharing:
         self._mapping = mapping
         self._told_start = told_at_start(joined)
         self._first = first
+        self._heard = max(self._heard, joined.now_s)
         if first and (self._reference or joined.start_sigma_m <= self._settings.tied_m):
-            self._tie(self._told_start.T_map_own)
+            self._tie(self._told_start.T_map_own, joined.now_s)
 
     @property
     def tied(self) -> bool:
@@ -100,7 +105,7 @@ class Sharing:
     @property
     def whereabouts(self) -> Whereabouts:
         """Where the robot's own map lies in the team's, as far as it knows."""
-        if self._own is not None:
+        if self._own is not None and not self._guessed:
             return Whereabouts(self._own.T_map_own, (0.0, 0.0))
         return self._told_start if self._first else left_at(self.sync, self._left, self._told_start)
 
@@ -115,18 +120,22 @@ class Sharing:
         if unplaced:
             ranges = without_discs(scan_of(report), unplaced).ranges
             report = report.model_copy(update={"ranges": ranges})
-        if self._own is None:
+        if self._own is None or self._guessed:
             self._tying.add(report)
-            return
-        self._append(report, now)
+        if self._own is not None:
+            self._append(report, now)
 
     def place_due(self, now: float) -> PoseUpdate | None:
         """Return where the robot's own map lies in the team's, if that is news to its software."""
         if now < self._next_repose - _EPSILON or self._mapping is None:
             return None
         self._next_repose = now + self._settings.repose_period_s
-        if self._own is None and self._tying.due(now):
+        if (self._own is None or self._guessed) and self._tying.due(now):
             self._try_to_tie(now)
+        if self._own is None and now - self._heard >= self._settings.alone_s:
+            # Better somewhere about there than nowhere: once it hears others, it tries again.
+            self._guessed = True
+            self._tie(self.whereabouts.T_map_own, now)
         if self._own is None:
             return None
         T_map_odom = self._own.T_map_own
@@ -157,14 +166,15 @@ class Sharing:
         if peer in self.sync.standing.isolated:
             return False
         self.sync.hear(peer, now)
+        self._heard = now
         return True
 
     def take(self, peer: str, message: LogMessage, now: float) -> list[Effect]:
         """Take a peer's word about logs."""
-        sent = self.sync.handle(peer, message, now)
+        self.sync.handle(peer, message, now)
         if self.sync.overtaken:
             self._begin_life(now)
-        return [*(Send("radio", out.to, out.message) for out in sent), *self.sync.take_notes()]
+        return list(self.sync.take_notes())
 
     def fault(self, peer: str, reason: str, now: float) -> list[Effect]:
         """Count something that cannot be."""
@@ -182,13 +192,18 @@ class Sharing:
         sent = self.sync.tick(now)
         if any(isinstance(out.message, PoseSet) for out in sent):
             self._note_told(now)
-        return [*(Send("radio", out.to, out.message) for out in sent), *self.sync.take_notes()]
+        return [*sends("radio", sent), *self.sync.take_notes()]
 
     def delta_due(self, now: float) -> MapDelta | None:
         """Return what changed of the map, if it is time."""
         if now < self.feed.due - _EPSILON:
             return None
         self.follow(now)
+        if self._settings.use_team_map and self._own is not None and self._mapping is not None:
+            T_map_own = self._own.T_map_own
+            news = self._others.news(len(self._kept), self.checksum(), T_map_own)
+            if news is not None:
+                self._mapping.take_others(news)
         return self.feed.delta_due(now)
 
     def told_judge(self, have: int) -> MapSnapshot | MapDelta | None:
@@ -208,9 +223,16 @@ class Sharing:
 
     # --- steps ----------------------------------------------------------------------------------
 
-    def _tie(self, T_map_own: Pose2) -> None:
-        """The robot knows where its own map lies in the team's."""
+    def _tie(self, T_map_own: Pose2, now: float) -> None:
+        """The robot knows where its own map lies in the team's: it tells what it kept so far."""
+        anew = self._own is not None
         self._own = OwnPoses(self._kept, T_map_own)
+        if not anew:
+            for report in self._tying.waiting:
+                self._append(report, now)
+        else:
+            assert self._mapping is not None
+            self._revise(self._own.table(self._mapping.reported_poses()[self._rows]), now)
         first = self._first_pose() or T_map_own
         self.home = (first.x, first.y)
 
@@ -261,14 +283,14 @@ class Sharing:
     def _try_to_tie(self, now: float) -> None:
         """Look whether what the robot saw fits what was seen around there before."""
         self.follow(now)
-        scans = self.shared.scans(self.sync.log.me, len(self._kept))
+        scans = self._others.placed(len(self._kept))
         resolution = self.shared.team.resolution
         T_map_own = self._tying.attempt(scans, self.whereabouts, resolution, now)
         if T_map_own is None:
             return
-        self._tie(T_map_own)
-        for report in self._tying.take():
-            self._append(report, now)
+        self._guessed = False
+        self._tie(T_map_own, now)
+        self._tying.take()
 
 
 def own_table(sync: LogSync) -> PoseTable:

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mapping.estimator import Estimator
+from mapping.estimator import Estimator, OthersScan, TakesOthersScans
 from mapping.geometry import IDENTITY, Pose2
 from mapping.incremental_slam import SlamSettings
 from mapping.match_map import MapSettings
@@ -77,6 +77,50 @@ def test_a_robot_at_rest_stays_where_it_is(name: str) -> None:
         estimator.step(IDENTITY, tour().scans[0])
     estimator.finish()
     assert np.abs(estimator.trajectory()).max() < 0.05
+
+
+takes = pytest.mark.parametrize(
+    "name", sorted(n for n in ESTIMATORS if issubclass(find_estimator(n), TakesOthersScans))
+)
+
+
+def with_a_mate(name: str, shift: float, seed: int = 3) -> Estimator:
+    """One whose teammate drove ahead, sees what it sees, and is off by `shift` [m] along x."""
+    estimator = make_estimator(name, SETTINGS, np.random.default_rng(seed))
+    assert isinstance(estimator, TakesOthersScans)
+    ahead = [
+        OthersScan(("mate", 0), k, scan, Pose2(pose.x + shift, pose.y, pose.theta))
+        for k, (scan, pose) in enumerate(zip(tour().scans, tour().truth, strict=True))
+    ]
+    for k, (move, scan) in enumerate(zip(tour().moves, tour().scans, strict=True)):
+        estimator.take_others(ahead[: 10 * (k // 10 + 2) : 3])
+        estimator.step(move, scan)
+    return estimator
+
+
+@takes
+def test_what_others_saw_well_does_no_harm_and_is_the_same_to_the_bit(name: str) -> None:
+    one = with_a_mate(name, 0.0)
+    errors = tour().errors(one.trajectory())
+    assert errors.max() < 0.1
+    assert one.trajectory().tobytes() == with_a_mate(name, 0.0).trajectory().tobytes()
+    assert one.trajectory().tobytes() != after(name).trajectory().tobytes()
+
+
+@takes
+def test_what_others_saw_elsewhere_is_not_followed(name: str) -> None:
+    assert tour().errors(with_a_mate(name, 1.0).trajectory()).max() < 0.15
+
+
+@takes
+def test_what_others_took_back_counts_no_more(name: str) -> None:
+    estimator = make_estimator(name, SETTINGS, np.random.default_rng(3))
+    assert isinstance(estimator, TakesOthersScans)
+    estimator.take_others([OthersScan(("mate", 0), 1, tour().scans[0], IDENTITY)])
+    estimator.take_others([])
+    for move, scan in zip(tour().moves, tour().scans, strict=True):
+        estimator.step(move, scan)
+    assert estimator.trajectory().tobytes() == after(name).trajectory().tobytes()
 
 
 def test_an_estimator_nobody_knows_is_refused_with_those_there_are() -> None:

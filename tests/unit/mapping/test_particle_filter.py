@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from mapping.estimator import OthersScan
 from mapping.geometry import IDENTITY, Pose2, wrap_angle
 from mapping.incremental_slam import SlamSettings
 from mapping.match_map import MapSettings
@@ -11,6 +12,7 @@ from mapping.particle_filter import ParticleFilter
 from mapping.particle_settings import ParticleSettings
 from mapping.scan import LaserScan
 from tests.unit.mapping.rectangle import rectangle_scan
+from tests.unit.tours import Tour, around
 
 COARSE = SlamSettings(map=MapSettings(resolution=0.1))
 FEW = ParticleSettings(count=4, update_distance=0.3, update_turn=0.35, guesses=30)
@@ -157,3 +159,51 @@ def test_where_wheels_and_a_poor_match_agree_the_match_counts() -> None:
     estimate = slam.step(IDENTITY, scan)
     assert estimate.matched
     assert estimate.T_odom_base.distance_to(pose) < 0.05
+
+
+# --- what others saw -----------------------------------------------------------------------------
+
+AHEAD = around(1.0, seed=9)
+
+
+def seen_ahead(T_odom_told: Pose2 = IDENTITY) -> list[OthersScan]:
+    """A teammate went round before; it says that all was seen so far off."""
+    told = zip(AHEAD.scans[::4], AHEAD.truth[::4], strict=True)
+    return [
+        OthersScan(("bob", 0), k, scan, T_odom_told @ pose) for k, (scan, pose) in enumerate(told)
+    ]
+
+
+def follow(tour: Tour, *told: list[OthersScan]) -> ParticleFilter:
+    """Drive a tour; of the others first one thing is told, later the next."""
+    particles = ParticleSettings(count=8, update_distance=0.5, update_turn=0.5)
+    slam = ParticleFilter(COARSE, np.random.default_rng(1), particles)
+    every = math.ceil(len(tour.moves) / max(1, len(told)))
+    for k, (move, scan) in enumerate(zip(tour.moves, tour.scans, strict=True)):
+        if told and k % every == 0:
+            slam.take_others(told[k // every])
+        slam.step(move, scan)
+    return slam
+
+
+def test_who_drives_where_others_were_before_drifts_less() -> None:
+    tour = around(0.9, seed=1, sigma=0.04, turn_sigma=0.03)
+    alone, together = (tour.errors(follow(tour, *t).trajectory()) for t in ((), (seen_ahead(),)))
+    assert alone.mean() > 0.1
+    assert together.mean() < 0.02 and together.max() < 0.1
+
+
+def test_what_others_put_right_afterwards_counts_from_then_on() -> None:
+    tour = around(0.9, seed=1)
+    wrong = seen_ahead(Pose2(0.12, 0.0, 0.0))
+    told = ((wrong, wrong, wrong), (wrong, seen_ahead(), seen_ahead()))
+    bent, righted = (tour.errors(follow(tour, *each).trajectory())[-1] for each in told)
+    assert bent > 0.05
+    assert righted < 0.6 * bent
+
+
+def test_all_particles_share_what_others_saw() -> None:
+    slam = follow(around(0.2, seed=1), seen_ahead())
+    theirs = slam._maps.others
+    assert theirs is not None and theirs.tiles.tables.shape[0] == 1
+    assert slam._others.drawn == len(seen_ahead())

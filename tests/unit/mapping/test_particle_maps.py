@@ -97,3 +97,42 @@ def test_a_cell_keeps_its_mean_however_often_it_is_hit() -> None:
     parts = hit[0, [OFFSET_X, OFFSET_Y]] / hit[0, HITS]
     assert parts == pytest.approx([-0.01 / 0.1 * 200, -0.02 / 0.1 * 200], abs=1.0)
     assert hit[0, FIRST] == 1
+
+
+def shifted_room(x: float, scans: int) -> ParticleMaps:
+    """The room as others have it who are off by `x` [m]."""
+    others = ParticleMaps(1, MapSettings(), WallSettings())
+    points = scan_points(rectangle_scan(HERE, beams=91))
+    others.insert((points, HERE.as_array()[np.newaxis] + [x, 0.0, 0.0]) for _ in range(scans))
+    return others
+
+
+def test_what_others_saw_places_a_scan_where_the_own_map_is_empty() -> None:
+    empty = ParticleMaps(1, MapSettings(), WallSettings())
+    points = scan_points(rectangle_scan(HERE, beams=91))
+    guess = HERE.as_array() + 0.06
+    empty.others = shifted_room(0.02, 6)
+    pose, covariance, value, explained = empty.match(0, points, guess, guess, WIDE)
+    assert pose == pytest.approx((HERE.x + 0.02, HERE.y, HERE.theta), abs=0.01)
+    assert np.trace(covariance) < 0.01 * np.trace(WIDE) and value > 0.0
+    assert explained == 0, "the own map explains nothing"
+
+
+def test_a_scan_that_both_maps_know_comes_to_lie_between() -> None:
+    points = scan_points(rectangle_scan(HERE, beams=91))
+    guess = HERE.as_array()
+    maps = maps_of_a_room(scans=8)
+    maps.others = shifted_room(0.06, 8)
+    pose, _, _, explained = maps.match(0, points, guess, guess, WIDE)
+    assert 0.01 < pose[0] - HERE.x < 0.055
+    assert abs(pose[1] - HERE.y) < 0.01
+    assert explained > 0.8 * len(points)
+
+
+def test_others_who_saw_nothing_change_nothing() -> None:
+    maps, points = maps_of_a_room(), scan_points(rectangle_scan(HERE, beams=91))
+    guess = HERE.as_array() + 0.03
+    alone = maps.match(0, points, guess, guess, WIDE)
+    maps.others = ParticleMaps(1, MapSettings(), WallSettings())
+    together = maps.match(0, points, guess, guess, WIDE)
+    assert alone[0].tolist() == together[0].tolist() and alone[2] == together[2]

@@ -159,7 +159,7 @@ def test_scans_of_others_are_told_and_of_oneself_only_the_old_ones() -> None:
         put(held, ANN, number, 0)
     put(held, BOB, 1, 1)
     shared.take_in(held, list(held.entries), ())
-    assert [pose for _, pose in shared.scans(ANN, 1)] == [PLACES[0], PLACES[1]]
+    assert [seen.T_map_base for seen in shared.scans(ANN, 1)] == [PLACES[0], PLACES[1]]
     assert len(list(shared.scans(BOB, 0))) == 2
 
 

@@ -27,8 +27,8 @@ def test_of_nobody_there_are_no_poses() -> None:
 
 def test_poses_paths_and_work_of_all_are_told_by_name() -> None:
     crew = Crew()
-    crew.hear("cy", beacon(3.0, path=2, busy=True), 2.0)
-    crew.hear("ada", beacon(1.0, path=1, radius_m=0.3), 1.5)
+    crew.hear("cy", beacon(3.0, path=2, busy=True), 2.0, 2.0)
+    crew.hear("ada", beacon(1.0, path=1, radius_m=0.3), 1.5, 2.0)
     told = crew.team_poses()
     assert told.robots == ("ada", "cy")
     assert told.poses_map.tolist() == [[1.5, 1.0, 0.0, 0.0], [2.0, 3.0, 0.0, 0.0]]
@@ -44,9 +44,19 @@ def test_the_newest_word_of_each_counts_in_whatever_order_it_comes(
 ) -> None:
     crew, newest = Crew(), dict[str, int]()
     for name, stamp in said:
-        news = crew.hear(name, beacon(float(stamp)), float(stamp))
+        news = crew.hear(name, beacon(float(stamp)), float(stamp), 9.0)
         assert news == (stamp > newest.get(name, -1))
         newest[name] = max(newest.get(name, -1), stamp)
     assert crew.stamps == newest
     assert {name: heard.T_map_base.x for name, heard in crew.beacons.items()} == newest
     assert crew.heard_within(3.0, 9.0) == sorted(n for n, t in newest.items() if 9 - t <= 3)
+
+
+@given(st.floats(0.01, 1e9))
+def test_a_clock_that_is_ahead_does_not_drown_what_is_said_later(ahead: float) -> None:
+    crew = Crew()
+    assert crew.hear("ada", beacon(1.0), 5.0 + ahead, 5.0)
+    assert crew.heard_within(3.0, 8.0) == ["ada"] and crew.heard_within(3.0, 8.1) == []
+    assert not crew.hear("ada", beacon(0.0), 4.0, 5.5), "sent before, come after"
+    assert crew.hear("ada", beacon(2.0), 6.0, 6.1)
+    assert crew.beacons["ada"].T_map_base.x == 2.0

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from mapping.estimator import OthersScan
 from mapping.geometry import IDENTITY, Pose2
 from mapping.scan import LaserScan
 from protocol.body import Body, Drive
@@ -152,3 +153,13 @@ def test_the_track_holds_every_scan_and_the_reported_poses_those_of_reports() ->
     np.testing.assert_allclose(mapping.reported_poses(), poses[[0, 2, 3]])
     told = [report.T_odom_base.as_tuple() for report in reports]
     np.testing.assert_allclose(mapping.reported_poses(), told, atol=1e-9)
+
+
+def test_what_others_saw_reaches_an_estimator_that_takes_it() -> None:
+    seen = [OthersScan(("bob", 0), 1, scan_in(ROOM, IDENTITY, 0.0), IDENTITY)]
+    for name in ("particle_filter", "scan_matching"):
+        mapping = LocalMapping(Body(), SETTINGS, name, np.random.default_rng(0))
+        mapping.take_others(seen)
+        mapping.take(scan_in(ROOM, IDENTITY, 0.2), IDENTITY)
+        walls = getattr(mapping._slam, "_others", None)
+        assert (name == "particle_filter") == (walls is not None and walls.drawn == 1)

@@ -110,7 +110,7 @@ class Network:
             sync = self.members.get(to)
             if sync is not None:
                 header, message = decode(frame)
-                self.send(to, sync.handle(header.source, message, self.now))  # type: ignore[arg-type]
+                sync.handle(header.source, message, self.now)  # type: ignore[arg-type]
         if round(self.now / STEP) % round(PRESENCE / STEP) == 0:
             self._say_presence()
         for name in sorted(self.members):

@@ -9,7 +9,7 @@ from coordination.strategies.minpos import MinPos
 from mapping.geometry import IDENTITY, Pose2
 from protocol import messages as words
 from robot_agent.agent import Agent
-from robot_agent.decentral.choosing import Choosing, robot_bid_of
+from robot_agent.decentral.choosing import Choosing
 from robot_agent.decentral.settings import DecisionSettings
 from robot_agent.settings import RobotSettings
 from tests.unit.protocol.test_crew import beacon
@@ -51,15 +51,7 @@ def done(award: words.Award | None) -> words.TaskEnd:
     return words.TaskEnd(task=award.task, outcome="done")
 
 
-# --- bids ----------------------------------------------------------------------------------------
-
-
-def test_a_bid_is_taken_as_strategies_have_it() -> None:
-    taken = robot_bid_of("me", bid((1.0, 2.0), (3.0, 4.0)))
-    assert (taken.robot, taken.number, len(taken)) == ("me", 1, 2)
-    assert {a.dtype for a in (taken.places, taken.gains, taken.costs)} == {np.dtype(np.float64)}
-    assert taken.losses.tolist() == [0.0, 0.0]
-    assert robot_bid_of("me", bid((1.0, 2.0), losses=True)).losses.tolist() == [2.0]
+# --- tasks ---------------------------------------------------------------------------------------
 
 
 def test_it_is_busy_with_what_it_chose_and_idle_when_nothing_is_left() -> None:
@@ -103,13 +95,13 @@ def test_places_are_left_to_teammates_that_are_here_and_nearer() -> None:
     mine = Choosing(rig.agent, MinPos.from_settings({}), SETTINGS)
     two = bid((1.05, 0.05), (-0.45, 0.05))
     two = two.model_copy(update={"T_map_base": rig.agent.pose_map()})
-    mine.crew.hear("robot1", beacon(0.0), 0.5)  # itself is no teammate
-    mine.crew.hear("robot2", beacon(-0.45), 0.5)
-    mine.crew.hear("robot3", beacon(0.9, through=True), 0.5)
+    mine.crew.hear("robot1", beacon(0.0), 0.5, 0.5)  # itself is no teammate
+    mine.crew.hear("robot2", beacon(-0.45), 0.5, 0.5)
+    mine.crew.hear("robot3", beacon(0.9, through=True), 0.5, 0.5)
     award = mine.bid(two, 1.0)
     assert award is not None and award.goal_map[0] == pytest.approx(1.05)
     alone = Choosing(rig.agent, MinPos.from_settings({}), SETTINGS)
-    alone.crew.hear("robot2", beacon(-0.45), 0.5)
+    alone.crew.hear("robot2", beacon(-0.45), 0.5, 0.5)
     award = alone.bid(two, 20.0)  # not heard for too long
     assert award is not None and award.goal_map[0] == pytest.approx(-0.45)
 
@@ -144,7 +136,9 @@ def agreed_at(mine: Choosing, until: float, **told: object) -> float | None:
     """When it says that the mission is over, told all the time the same by bob."""
     for k in range(round(until) + 1):
         if told:
-            mine.crew.hear("bob", beacon(**{"idle": True, "held": HELD, **told}), float(k))
+            mine.crew.hear(
+                "bob", beacon(**{"idle": True, "held": HELD, **told}), float(k), float(k)
+            )
         if through(mine, float(k)):
             return float(k)
     return None
@@ -179,18 +173,18 @@ def test_it_is_over_when_all_are_idle_and_hold_the_same() -> None:
 
 def test_one_that_is_away_is_waited_for_until_it_is_lost() -> None:
     mine = idle()
-    mine.crew.hear("bob", beacon(idle=True, held=HELD), 0.0)
+    mine.crew.hear("bob", beacon(idle=True, held=HELD), 0.0, 0.0)
     ends = agreed_at(mine, 100.0)
     # Heard at 0 s, it counts as here until 10 s: long enough to agree.
     assert ends == 7.0
     mine = idle()
-    mine.crew.hear("bob", beacon(idle=False, held=HELD), 0.0)
+    mine.crew.hear("bob", beacon(idle=False, held=HELD), 0.0, 0.0)
     assert agreed_at(mine, 100.0) == 61.0 + SETTINGS.agreed_s
 
 
 def test_it_hangs_on_nobodys_last_word_for_longer_than_that_one_is_here() -> None:
     mine = idle(since=5.0)
-    mine.crew.hear("bob", beacon(idle=True, held=HELD), 0.0)
+    mine.crew.hear("bob", beacon(idle=True, held=HELD), 0.0, 0.0)
     assert agreed_at(mine, 100.0) == 61.0 + SETTINGS.agreed_s
 
 
@@ -213,7 +207,7 @@ def test_it_is_agreed_only_if_all_that_are_waited_for_said_so_for_long_enough(
     heard: dict[str, tuple[float, bool]] = {}
     now, since = 0.0, None
     for name, is_idle, held, pause in told:
-        mine.crew.hear(name, beacon(idle=is_idle, held=held), now)
+        mine.crew.hear(name, beacon(idle=is_idle, held=held), now, now)
         if heard.get(name, (-1.0, False))[0] < now:
             heard[name] = now, is_idle and held == HELD
         for _ in range(pause + 1):
@@ -229,6 +223,6 @@ def test_it_is_agreed_only_if_all_that_are_waited_for_said_so_for_long_enough(
 
 def test_a_pose_of_a_teammate_comes_from_its_newest_beacon() -> None:
     mine = choosing()
-    mine.crew.hear("bob", beacon(1.0), 1.0)
-    mine.crew.hear("bob", beacon(2.0), 2.0)
+    mine.crew.hear("bob", beacon(1.0), 1.0, 1.0)
+    mine.crew.hear("bob", beacon(2.0), 2.0, 2.0)
     assert mine.crew.beacons["bob"].T_map_base == Pose2(2.0, 0.0, 0.0)

@@ -171,3 +171,18 @@ def test_a_second_start_is_not_taken_for_where_it_was_told() -> None:
     effects = rig.live(1.0)
     assert not rig.sharing.tied
     assert of_type(effects, Observations) == []
+
+
+def test_a_second_start_where_nobody_is_heard_goes_on_by_itself_after_a_while() -> None:
+    rig = Rig(life=1, look_around=True, alone_s=12.0)
+    rig.join()
+    for _ in range(2):
+        effects = rig.live(4.0)
+        assert not [e for e in effects if isinstance(e, Note)]
+        assert not of_type(effects, Observations)
+    effects = rig.live(8.0)
+    (note,) = [e for e in effects if isinstance(e, Note)]
+    assert "hears nobody" in note.text
+    assert rig.command == (0.0, 0.0), "it turns no more: all of the room was seen by then"
+    assert of_type(effects, Observations) and of_type(effects, Beacon)[-1].idle
+    assert of_type(effects, Beacon)[-1].sigma_m > 0.3, "others must not rely on where it says it is"

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
+from mapping.estimator import OthersScan
 from mapping.geometry import IDENTITY, Floats, Pose2
 from protocol.body import Body, Drive
 from protocol.effects import Send
@@ -34,6 +36,12 @@ class Corrected(LocalMapping):
     """One that may find that all it reported was farther along its own x axis."""
 
     shift = 0.0
+    others: Sequence[OthersScan] = ()
+    told = 0
+
+    def take_others(self, scans: Sequence[OthersScan]) -> None:
+        self.others = scans
+        self.told += 1
 
     def reported_poses(self) -> Floats:
         poses: Floats = super().reported_poses() + np.array([self.shift, 0.0, 0.0])
@@ -198,6 +206,42 @@ def test_one_that_was_started_anew_looks_where_it_was_seen_last() -> None:
     assert tied(robot).T_map_odom.distance_to(T_MAP_OWN) < 0.08
 
 
+def test_one_that_hears_nobody_goes_on_from_where_it_may_be_and_corrects_that_later() -> None:
+    robot = Robot(first=False, alone_s=5.0)
+    robot.told = joined(Pose2(0.1, -0.2, 0.0))
+    robot.begin()
+    for _ in range(4):
+        robot.look(Pose2(0.0, 0.0, 0.3))
+        assert robot.sharing.place_due(robot.now) is None
+    robot.look()
+    placed = robot.sharing.place_due(robot.now)
+    assert placed is not None and placed.matched and robot.sharing.tied
+    assert placed.T_map_odom.distance_to(Pose2(0.1, -0.2, 0.0)) < 0.01
+    assert len(poses_of(robot)) == 5, "what it saw before is told now"
+    assert robot.sharing.whereabouts.sigma[0] > 0.3, "it says that it does not know for sure"
+    robot.sharing.hears("bob", robot.now)
+    robot.sharing.take("bob", message_of(*SEEN), robot.now)
+    for _ in range(12):
+        robot.look(Pose2(0.0, 0.0, 0.5))
+        robot.sharing.place_due(robot.now + 1.0)
+        if robot.sharing.whereabouts.sigma == (0.0, 0.0):
+            break
+    assert robot.sharing.whereabouts.T_map_own.distance_to(T_MAP_OWN) < 0.08
+    assert poses_of(robot)[0].distance_to(T_MAP_OWN) < 0.08, "what it told is put right"
+    told = len(poses_of(robot))
+    robot.look()
+    assert len(poses_of(robot)) == told + 1
+
+
+def test_one_that_hears_somebody_waits_until_it_knows_where_it_is() -> None:
+    robot = Robot(first=False, alone_s=5.0)
+    robot.begin()
+    for _ in range(12):
+        robot.look(Pose2(0.0, 0.0, 0.3))
+        robot.sharing.hears("bob", robot.now)
+        assert robot.sharing.place_due(robot.now) is None
+
+
 def tied(robot: Robot) -> PoseUpdate:
     """Let a robot turn until it knows where it is; a place is believed that comes again."""
     for _ in range(12):
@@ -209,9 +253,68 @@ def tied(robot: Robot) -> PoseUpdate:
 
 
 def message_of(*poses: Pose2) -> LogMessage:
-    message = seen_by("bob", *poses)
+    return seen_message(*poses)
+
+
+def seen_message(*poses: Pose2, name: str = "bob", first: int = 1) -> Observations:
+    message = seen_by(name, *poses, first=first)
     assert isinstance(message, Observations)
     return message
+
+
+# --- what the others saw, for its own filter -----------------------------------------------------
+
+
+def told_of_others(robot: Robot) -> Sequence[OthersScan]:
+    """What its estimator knows of the others after the map was drawn once more."""
+    robot.now += 1.0
+    robot.sharing.delta_due(robot.now)
+    return robot.mapping.others
+
+
+def test_its_estimator_hears_what_others_saw_and_not_what_it_saw_itself() -> None:
+    robot = Robot(use_team_map=True)
+    robot.sharing.take("bob", message_of(*SEEN[:2]), 0.5)
+    assert told_of_others(robot) == ()  # it has no body, and no map of its own yet
+    robot.begin()
+    robot.look()
+    first, second = told_of_others(robot)
+    assert (first.author, first.number, second.number) == (("bob", 0), 1, 2)
+    placed = T_MAP_OWN @ second.T_odom_base
+    assert placed.distance_to(SEEN[1]) < 0.002, "in the frame of the robot's own map"
+    before = robot.mapping.told
+    told_of_others(robot)
+    assert robot.mapping.told == before, "that is no news"
+    robot.sharing.take("bob", seen_message(SEEN[2], first=3), robot.now)
+    assert [seen.number for seen in told_of_others(robot)] == [1, 2, 3]
+
+
+def test_unless_it_is_asked_to_an_estimator_hears_nothing_of_others() -> None:
+    robot = Robot()
+    robot.begin()
+    robot.sharing.take("bob", message_of(*SEEN), 0.5)
+    assert told_of_others(robot) == ()
+
+
+def test_what_an_isolated_peer_saw_counts_no_more() -> None:
+    robot = Robot(use_team_map=True)
+    robot.begin()
+    robot.sharing.take("bob", message_of(*SEEN), 0.5)
+    robot.sharing.take("ann", seen_message(SEEN[0], name="ann"), 0.5)
+    assert len(told_of_others(robot)) == len(SEEN) + 1
+    for k in range(5):
+        robot.sharing.fault("ann", f"nonsense: {k}", robot.now)
+    assert {seen.author[0] for seen in told_of_others(robot)} == {"bob"}
+
+
+def test_what_it_saw_before_it_was_started_anew_is_as_if_another_had_seen_it() -> None:
+    robot = Robot(use_team_map=True, first=False)
+    robot.sharing.take("bob", seen_message(SEEN[0]).model_copy(update={"author": "me"}), 0.5)
+    robot.sharing.take("bob", message_of(*SEEN), 0.6)
+    robot.begin()
+    tied(robot)
+    authors = {seen.author for seen in told_of_others(robot)}
+    assert authors == {("me", 0), ("bob", 0)}
 
 
 # --- the team's ----------------------------------------------------------------------------------
