@@ -130,7 +130,10 @@ class SharedMap:
             if reason is not None:
                 bad.append(((author, number), reason))
         for author in dict.fromkeys(repositioned):
-            self.team.place(author, held.poses(author))
+            poses = held.poses(author)
+            self.team.place(author, poses)
+            for key in [(author, number) for number in poses if (author, number) in self.told]:
+                self.told[key] = held.told_at(*key)  # until it is told, its author may change it
         return bad
 
     def draw(self) -> None:

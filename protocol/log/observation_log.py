@@ -1,10 +1,11 @@
 """All robots' observations and where they were made: what a member of the team holds.
 
-Each robot writes a log of its own: entries 1, 2, 3 ... that never change, each with the pose it was
-first told with. Poses get better, so they are told apart from the entries: a `PoseRevision` holds
-newer poses of the entries 1 to m, and the newest revision replaces all older ones. An entry beyond
-m has its own pose. So the map is a function of the entries and the newest revisions: members that
-hold the same hold the same map, in whatever order, how often and by whom they were told.
+Each robot writes a log of its own: entries 1, 2, 3 ... that never change once they were told, each
+with the pose it was first told with. Poses get better, so they are told apart from the entries: a
+`PoseRevision` holds newer poses of the entries 1 to m, and the newest revision replaces all older
+ones. An entry beyond m has its own pose. So the map is a function of the entries and the newest
+revisions: members that hold the same hold the same map, in whatever order, how often and by whom
+they were told.
 
 An entry that was told in an older revision than the newest but lies beyond its m cannot be, if the
 author keeps the rules. It is held all the same, with its own pose: refusing it would make the map
@@ -227,21 +228,30 @@ class ObservationLog:
         self.put(self.me, number, Entry(payload, pose, self.own.version), self.me.robot)
         return number
 
-    def revise(self, poses: PoseTable) -> PoseRevision:
+    def revise(self, poses: PoseTable, told: int) -> None:
         """Replace the poses of this robot's own n entries by (n, 3) int32 in steps, map frame.
+
+        Those of the first `told` entries become a new revision, if there are any. The others nobody
+        has heard of yet: they will be told with the new pose as their first.
 
         Raises:
             ValueError: not one pose for each entry.
         """
         if poses.shape != (self.own.count, 3):
             raise ValueError(f"poses of shape {poses.shape} for {self.own.count} entries")
-        held = np.array(poses, dtype=np.int32)
-        held.flags.writeable = False
-        self.past[self.own.version] = self.own.poses
-        self.past.pop(self.own.version - _PAST_MOST, None)
-        revision = PoseRevision(self.own.version + 1, held)
-        self.put_revision(self.me, revision, self.me.robot)
-        return revision
+        if told:
+            held = np.array(poses[:told], dtype=np.int32)
+            held.flags.writeable = False
+            self.past[self.own.version] = self.own.poses
+            self.past.pop(self.own.version - _PAST_MOST, None)
+            revision = PoseRevision(self.own.version + 1, held)
+            self.put_revision(self.me, revision, self.me.robot)
+        for number in range(told + 1, self.own.count + 1):
+            x, y, theta = poses[number - 1].tolist()
+            payload = self.own.entries[number].what.payload
+            entry = Entry(payload, (x, y, theta), self.own.version)
+            self.own.put(number, entry, self.me.robot)
+        self._news.repositioned[self.me] = None
 
     def own_revision(self, version: int) -> PoseRevision | None:
         """Return a revision of this robot's own; None for 0, before the first.

@@ -137,7 +137,7 @@ class LogSync:
             ValueError: not one pose for each entry, or one farther out than anybody would take.
         """
         self._check_reach(poses)
-        self.log.revise(poses)
+        self.log.revise(poses, self.telling.count)
         self._changed(now)
         self.telling.revised(now)
 
@@ -181,8 +181,8 @@ class LogSync:
     def tick(self, now: float) -> list[Outgoing]:
         """Return what is due to be sent at mission time `now` [s]."""
         sent: list[Outgoing] = []
-        if self.telling.due is not None and now >= self.telling.due and self.telling.ready(now):
-            sent += [Outgoing(EVERYONE, message) for message in self.telling.tell()]
+        if self.telling.due is not None and now >= self.telling.due:
+            sent += [Outgoing(EVERYONE, message) for message in self.telling.tell_due(now)]
         if self.asking.due is not None and now >= self.asking.due:
             sent += [Outgoing(*request) for request in self.asking.ask(now)]
         if self.answering.due is not None and now >= self.answering.due:

@@ -34,20 +34,24 @@ class Telling:
         peers: who is in reach.
 
     Attributes:
-        due: when the news may be told [s], or None when there are none; see `ready`.
         count: so many of the own entries were told.
         version: the newest own revision that was told.
     """
 
     def __init__(self, log: ObservationLog, settings: LogSyncSettings, peers: Peers) -> None:
-        self.due: float | None = None
         self.count = log.own.count
         self.version = log.own.version
         self._log = log
         self._settings = settings
         self._peers = peers
         self._since = 0.0  # when the first of the news was to be told [s]
-        self._pressing = False  # whether those in reach must not go by the old poses
+        self._batch: float | None = None  # when all news may be told [s]
+        self._pressing: float | None = None  # when new poses may be, without new entries [s]
+
+    @property
+    def due(self) -> float | None:
+        """When something may be told next [s], None if there are no news."""
+        return min((at for at in (self._batch, self._pressing) if at is not None), default=None)
 
     @property
     def forgotten(self) -> bool:
@@ -56,41 +60,48 @@ class Telling:
 
     def news(self, now: float) -> None:
         """There is something new: tell it after a while, or at once if a frame is full."""
-        self._wait(now, self._settings.batch_period_s)
+        self._wait(now + self._settings.batch_period_s)
         own = self._log.own
         waiting = range(self.count + 1, own.count + 1)
         size = sum(len(own.entries[n].what.payload) + ENTRY_OVERHEAD for n in waiting)
         if size + FRAME_OVERHEAD >= self._settings.frame_bytes or len(waiting) >= ENTRIES_IN_FRAME:
-            self.due = now
+            self._wait(now)
 
     def revised(self, now: float) -> None:
-        """There are new poses: the others must not go by wrong ones for long."""
-        own, wait = self._log.own, self._settings.batch_period_s
+        """There may be new poses: the others must not go by wrong ones for long."""
+        own, settings = self._log.own, self._settings
+        if own.version == self.version:
+            return
+        self._wait(now + settings.batch_period_s)
         before = own_poses_at(self._log, self.version, len(own.poses))
-        if before is None or _farthest(before[1], own.poses) >= self._settings.revision_large_m:
-            wait = min(wait, self._settings.revision_delay_s)
-            self._pressing = True
-        self._wait(now, wait)
+        if before is None or _farthest(before[1], own.poses) >= settings.revision_large_m:
+            soon = now + settings.revision_delay_s
+            self._pressing = soon if self._pressing is None else min(self._pressing, soon)
 
     def complete(self, now: float) -> None:
         """Nothing more is to be expected for a while: there is no use in waiting for more."""
-        if self.due is not None and self._since > now:
-            self.due = self._since = now
+        if self._batch is not None and self._since > now:
+            self._batch = self._since = now
 
-    def ready(self, now: float) -> bool:
-        """Whether those who should hear the news can, or were waited for; if not, `due` is later.
+    def tell_due(self, now: float) -> list[LogMessage]:
+        """Return the messages for which it is time, if those who should hear them can.
 
         Args:
-            now: mission time [s], at or after `due`.
+            now: mission time [s].
         """
         settings, waited = self._settings, now - self._since
         reached = set(self._peers.heard_within(settings.reached_s, now))
         missed = not reached.issuperset(self._peers.heard_within(settings.missed_s, now))
-        patient = missed and not self._pressing and waited < settings.missed_s
-        if (reached and not patient) or waited >= settings.unheard_s:
-            return True
-        self.due = now + _AGAIN
-        return False
+        patient = missed and waited < settings.missed_s
+        if self._batch is not None and now >= self._batch:
+            if (reached and not patient) or waited >= settings.unheard_s:
+                return self.tell()
+            self._batch = now + _AGAIN
+        if self._pressing is not None and now >= self._pressing:
+            if reached:
+                return self._new_poses()
+            self._pressing = now + _AGAIN
+        return []
 
     def tell(self) -> list[LogMessage]:
         """Return the messages that tell all the news."""
@@ -100,18 +111,23 @@ class Telling:
             observations(me, list(entries), me.robot, version)
             for version, entries in groupby(told, lambda each: each[1].version)
         ]
-        if own.version > self.version:
-            before = own_poses_at(self._log, self.version, len(own.poses))
-            messages.append(pose_set(me, own.version, own.poses, me.robot, before))
-        self.count, self.version, self.due = own.count, own.version, None
-        self._pressing = False
-        return messages
+        self.count, self._batch = own.count, None
+        return messages + self._new_poses()
 
-    def _wait(self, now: float, most: float) -> None:
-        """Let the news wait for some time [s], or less if they already do."""
-        if self.due is None:
-            self.due = self._since = now + most
-        self.due = min(self.due, now + most)
+    def _new_poses(self) -> list[LogMessage]:
+        """Return the message that tells the new poses, if there are any."""
+        me, own, self._pressing = self._log.me, self._log.own, None
+        if own.version == self.version:
+            return []
+        before = own_poses_at(self._log, self.version, len(own.poses))
+        self.version = own.version
+        return [pose_set(me, own.version, own.poses, me.robot, before)]
+
+    def _wait(self, until: float) -> None:
+        """Let the news wait until then [s], or less if they already do."""
+        if self._batch is None:
+            self._batch = self._since = until
+        self._batch = min(self._batch, until)
 
 
 def _farthest(before: PoseTable, after: PoseTable) -> float:

@@ -85,7 +85,7 @@ def test_what_another_told_all_need_not_be_told_again() -> None:
 
 def test_versions_go_in_frames_of_their_own() -> None:
     log = filled(2)
-    log.revise(np.ones((2, 3), dtype=np.int32))
+    log.revise(np.ones((2, 3), dtype=np.int32), log.own.count)
     log.append(b"", (0, 0, 0))
     answering = Answering(log, LogSyncSettings())
     answering.take("ann", want((1, 3), version=1), 0.0)
@@ -97,7 +97,7 @@ def test_versions_go_in_frames_of_their_own() -> None:
 
 def test_poses_that_were_dropped_are_not_told() -> None:
     log = filled(1)
-    log.revise(np.ones((1, 3), dtype=np.int32))
+    log.revise(np.ones((1, 3), dtype=np.int32), log.own.count)
     answering = Answering(log, LogSyncSettings())
     answering.take("ann", want((1, 1), version=1), 0.0)
     log.put_revision(ME, None, "")

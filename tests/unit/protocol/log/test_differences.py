@@ -46,10 +46,12 @@ def carry(source: LogSync, to: LogSync, now: float, most: int = 99) -> list[Pose
 
 def test_who_has_the_poses_before_needs_only_the_differences() -> None:
     ann, ben = driven(), member("ben")
+    carry(ann, ben, 0.0)
     ann.revise(table(5, 6), 0.0)
     (first,) = carry(ann, ben, 0.0)
     assert (first.version, first.back) == (1, 1)
     ann.append(b"more", (2, 0, 0), 1.0)
+    carry(ann, ben, 1.0)
     ann.revise(table(5, 7, 9), 1.0)
     (second,) = carry(ann, ben, 1.0)
     assert (second.version, second.back) == (2, 1)
@@ -115,8 +117,8 @@ def want(base: int) -> LogWant:
 
 def test_all_that_ask_must_hold_the_same_for_differences() -> None:
     log = driven().log
-    log.revise(table(5, 6))
-    log.revise(table(5, 7))
+    log.revise(table(5, 6), log.own.count)
+    log.revise(table(5, 7), log.own.count)
     for bases, back in (((1, 1), 2), ((2, 2), 1), ((1, 2), 0), ((0, 0), 0), ((9, 9), 0)):
         answering = Answering(log, LogSyncSettings())
         for peer, base in zip(("ben", "cat"), bases, strict=True):
@@ -130,15 +132,15 @@ def test_large_corrections_do_not_wait() -> None:
     log = driven().log
     settings = LogSyncSettings(batch_period_s=4.0, revision_delay_s=0.2)
     telling = Telling(log, settings, Peers(10.0, 70.0))
-    log.revise(table(0, 20))
+    log.revise(table(0, 20), log.own.count)
     telling.revised(1.0)
     assert telling.due == 5.0
-    log.revise(table(0, 80))
+    log.revise(table(0, 80), log.own.count)
     telling.revised(2.0)
     assert telling.due == 2.2
     telling.tell()
     log.past.clear()
-    log.revise(table(0, 81))
+    log.revise(table(0, 81), log.own.count)
     log.past.clear()
     telling.revised(3.0)
     assert telling.due == 3.2
@@ -162,10 +164,12 @@ def test_what_is_held_is_always_some_revision_of_its_author(
         rows = [own.pose(number) for number in range(1, own.count + 1)]
         poses = np.array(rows, dtype=np.int32) + np.array([x, 0, 0], dtype=np.int32)
         ann.revise(poses, float(step))
-        told[ann.log.own.version] = poses.tolist()
+        told[ann.log.own.version] = ann.log.own.poses.tolist()
         carry(ann, ben, float(step), most=99 if arrives else 0)
         held = ben.log.of(ANN)
         assert held.poses.tolist() == told[held.version]
+        for number, (entry, _) in held.entries.items():
+            assert entry == ann.log.own.entries[number].what  # once told, it never changes
 
 
 def test_who_lacks_entries_too_gets_them_first_and_then_the_differences() -> None:

@@ -23,17 +23,44 @@ def revision(version: int, count: int) -> PoseRevision:
 def test_own_entries_are_numbered_from_one_and_told_in_the_newest_version() -> None:
     log = ObservationLog("ann")
     assert log.append(b"one", (1, 2, 3)) == 1
-    assert log.revise(np.array([[4, 5, 6]], dtype=np.int32)).version == 1
+    log.revise(np.array([[4, 5, 6]], dtype=np.int32), told=1)
+    assert log.own.version == 1
     assert log.append(b"two", (7, 8, 9)) == 2
     assert log.own.entries[2].what == Entry(b"two", (7, 8, 9), 1)
     assert (log.own.pose(1), log.own.pose(2)) == ((4, 5, 6), (7, 8, 9))
     assert log.own.bytes == 6
 
 
+def test_entries_that_nobody_heard_of_get_the_new_pose_as_their_first() -> None:
+    log = ObservationLog("ann")
+    for x in (1, 2, 3):
+        log.append(b"%d" % x, (x, 0, 0))
+    log.take_changes()
+    log.revise(np.array([[7, 0, 0], [8, 0, 0], [9, 0, 0]], dtype=np.int32), told=1)
+    assert log.own.poses.tolist() == [[7, 0, 0]]
+    assert log.own.entries[3].what == Entry(b"3", (9, 0, 0), 1)
+    assert [log.own.pose(number)[0] for number in (1, 2, 3)] == [7, 8, 9]
+    changes = log.take_changes()
+    assert (changes.entries, changes.replaced, changes.repositioned) == ((), (), (ANN,))
+    other = ObservationLog("ben")
+    for number, told in log.own.entries.items():
+        other.put(ANN, number, told.what, "ann")
+    other.put_revision(ANN, log.own.revision, "ann")
+    assert other.digest() == log.digest()
+    assert other.of(ANN).checksum(3) == log.own.checksum(3)
+
+
+def test_without_anything_told_there_is_no_revision() -> None:
+    log = ObservationLog("ann")
+    log.append(b"one", (1, 0, 0))
+    log.revise(np.array([[7, 0, 0]], dtype=np.int32), told=0)
+    assert (log.own.version, log.own.pose(1)) == (0, (7, 0, 0))
+
+
 def test_a_revision_has_a_pose_for_every_entry() -> None:
     log = ObservationLog("ann")
     with pytest.raises(ValueError, match="0 entries"):
-        log.revise(np.zeros((1, 3), dtype=np.int32))
+        log.revise(np.zeros((1, 3), dtype=np.int32), log.own.count)
 
 
 def test_gaps_are_known_and_filled() -> None:

@@ -18,7 +18,7 @@ ANN = Author("ann", 1)
 def some_log() -> ObservationLog:
     log = ObservationLog("me", 3)
     log.append(b"one", (1, 2, 3))
-    log.revise(np.array([[5, 6, 7]], dtype=np.int32))
+    log.revise(np.array([[5, 6, 7]], dtype=np.int32), log.own.count)
     log.append(b"", (-1, -2, -3))
     log.put(ANN, 4, Entry(b"four", (4, 4, 4), 2), "ben")
     return log

@@ -74,12 +74,18 @@ def test_what_it_announces_was_told() -> None:
     assert announced.sums[1] == 0
 
 
-def test_poses_that_nobody_heard_yet_are_not_announced() -> None:
-    sync, ben = member(announce_period_s=4.0, batch_period_s=100.0), member()
+def told_once() -> LogSync:
+    """A member that told an entry, and its newer pose."""
+    sync = member(announce_period_s=4.0, batch_period_s=100.0)
     sync.append(b"one", (1, 2, 3), 0.0)
+    sync.telling.tell()
     sync.revise(np.ones((1, 3), dtype=np.int32), 0.0)
-    for message in sync.telling.tell():
-        ben.handle("me too", message.model_copy(update={"author": "me"}), 0.0)
+    sync.telling.tell()
+    return sync
+
+
+def test_poses_that_nobody_heard_yet_are_not_announced() -> None:
+    sync = told_once()
     for _ in range(2):
         sync.revise(np.full((1, 3), 7, dtype=np.int32), 1.0)
     ((_, announced),) = run(sync, 4.0)
@@ -89,10 +95,7 @@ def test_poses_that_nobody_heard_yet_are_not_announced() -> None:
 
 
 def test_poses_too_old_to_be_told_from_are_not_announced_but_told_anew() -> None:
-    sync = member(announce_period_s=4.0, batch_period_s=100.0)
-    sync.append(b"one", (1, 2, 3), 0.0)
-    sync.revise(np.ones((1, 3), dtype=np.int32), 0.0)
-    sync.telling.tell()
+    sync = told_once()
     for _ in range(40):
         sync.revise(np.full((1, 3), 7, dtype=np.int32), 1.0)
     kinds = [type(message) for _, message in run(sync, 4.0)]

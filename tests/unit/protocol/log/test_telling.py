@@ -39,101 +39,127 @@ def test_a_full_frame_does_not_wait() -> None:
     assert telling.due == 9.0
 
 
-def test_versions_are_told_apart_and_new_poses_last() -> None:
+def test_new_poses_go_last_and_are_of_what_was_told_before() -> None:
     log = ObservationLog("ann")
     telling = Telling(log, LogSyncSettings(), Peers(10.0, 70.0))
     log.append(b"one", (1, 2, 3))
-    log.revise(np.ones((1, 3), dtype=np.int32))
-    log.append(b"two", (1, 2, 3))
-    log.revise(np.ones((2, 3), dtype=np.int32))
     telling.news(0.0)
-    one, two, poses = telling.tell()
-    assert isinstance(one, Observations) and isinstance(two, Observations)
-    assert (one.numbers, one.version, two.numbers, two.version) == ((1,), 0, (2,), 1)
-    assert isinstance(poses, PoseSet)
-    assert (poses.version, poses.count, telling.version) == (2, 2, 2)
+    telling.tell()
+    log.append(b"two", (1, 2, 3))
+    log.revise(np.ones((2, 3), dtype=np.int32), telling.count)
+    telling.news(0.0)
+    two, poses = telling.tell()
+    assert isinstance(two, Observations) and isinstance(poses, PoseSet)
+    assert (two.numbers, two.version, two.poses.tolist()) == ((2,), 1, [[1, 1, 1]])
+    assert (poses.version, poses.count, telling.version) == (1, 1, 1)
 
 
 def test_what_was_restored_counts_as_told() -> None:
     log = ObservationLog("ann")
     log.append(b"one", (1, 2, 3))
-    log.revise(np.ones((1, 3), dtype=np.int32))
+    log.revise(np.ones((1, 3), dtype=np.int32), log.own.count)
     telling = Telling(log, LogSyncSettings(), Peers(10.0, 70.0))
     assert (telling.count, telling.version, telling.tell()) == (1, 1, [])
 
 
 def waiting(now: float = 0.0) -> tuple[Telling, Peers, ObservationLog]:
-    """Return one with news since `now` [s] that may be told 4 s later."""
+    """Return one that told an entry, and has had one more since `now` [s], to be told 4 s later."""
     log, peers = ObservationLog("ann"), Peers(10.0, 70.0)
     telling = Telling(log, LogSyncSettings(batch_period_s=4.0), peers)
     log.append(b"one", (1, 2, 3))
+    telling.news(now)
+    telling.tell()
+    log.append(b"two", (1, 2, 3))
     telling.news(now)
     return telling, peers, log
 
 
 def test_news_wait_for_somebody_in_reach_but_not_for_ever() -> None:
     telling, peers, _ = waiting()
-    assert not telling.ready(4.0)
+    assert telling.tell_due(4.0) == []
     assert telling.due == 4.5
-    assert not telling.ready(303.0)
-    assert telling.ready(304.0)
+    assert telling.tell_due(303.0) == []
+    peers.hear("ben", 300.0)
+    assert telling.tell_due(303.5) == []
+    assert len(telling.tell_due(304.0)) == 1
+    telling, peers, _ = waiting()
     peers.hear("ben", 50.0)
-    assert telling.ready(51.5)
-    assert not telling.ready(51.6)
+    assert len(telling.tell_due(51.5)) == 1
 
 
 def test_news_wait_a_while_for_one_that_was_just_in_reach() -> None:
     telling, peers, _ = waiting(10.0)
     peers.hear("cat", 12.0)
     peers.hear("ben", 14.0)
-    assert not telling.ready(14.0)
-    peers.hear("cat", 14.5)
-    assert telling.ready(14.5)
+    assert telling.tell_due(14.0) == []
+    peers.hear("cat", 30.0)
     peers.hear("ben", 33.9)
-    assert not telling.ready(33.9)
-    assert telling.ready(34.0)  # 20 s were a while
-    peers.hear("ben", 40.0)
-    assert telling.ready(40.0)  # cat is not waited for any more
+    assert telling.tell_due(33.9) == []
+    assert telling.due == 34.4
+    assert telling.tell_due(34.4) != []  # 20 s were a while
+
+
+def test_news_go_as_soon_as_all_are_back_and_do_not_wait_for_who_is_gone() -> None:
+    telling, peers, _ = waiting(10.0)
+    peers.hear("cat", 12.0)
+    peers.hear("ben", 14.0)
+    assert telling.tell_due(14.0) == []
+    peers.hear("cat", 14.5)
+    assert telling.tell_due(14.5) != []
+    telling, peers, _ = waiting(40.0)
+    peers.hear("cat", 12.0)
+    peers.hear("ben", 44.0)
+    assert telling.tell_due(44.0) != []
 
 
 def test_news_that_are_complete_wait_for_no_more() -> None:
     telling, peers, _ = waiting()
     telling.complete(1.0)
     assert telling.due == 1.0
-    assert not telling.ready(1.0)
+    assert telling.tell_due(1.0) == []
     telling.complete(1.2)
     assert telling.due == 1.5
     peers.hear("ben", 1.4)
-    assert telling.ready(1.5)
-    telling.tell()
+    assert telling.tell_due(1.5) != []
     telling.complete(2.0)
     assert telling.due is None
 
 
 def test_a_large_correction_waits_for_nobody_but_the_first_in_reach() -> None:
     telling, peers, log = waiting(10.0)
-    log.revise(np.full((1, 3), 80, dtype=np.int32))
+    log.revise(np.full((2, 3), 80, dtype=np.int32), telling.count)
     telling.revised(10.0)
+    telling.revised(10.1)
     assert telling.due == 10.2
-    assert not telling.ready(10.2)
+    assert telling.tell_due(10.2) == []
+    assert telling.due == 10.7
     peers.hear("cat", 5.0)
     peers.hear("ben", 10.3)
-    assert telling.ready(10.3)
-    telling.tell()
-    log.append(b"two", (1, 2, 3))
-    telling.news(11.0)
-    peers.hear("ben", 15.0)
-    assert not telling.ready(15.0)
+    (poses,) = telling.tell_due(10.7)
+    assert isinstance(poses, PoseSet) and poses.count == 1
+    assert telling.due == 14.0  # the second entry has time
+    peers.hear("ben", 13.9)
+    assert telling.tell_due(14.0) == []
+
+
+def test_new_poses_of_what_nobody_heard_of_are_no_news() -> None:
+    log = ObservationLog("ann")
+    telling = Telling(log, LogSyncSettings(), Peers(10.0, 70.0))
+    log.append(b"one", (1, 2, 3))
+    log.revise(np.full((1, 3), 80, dtype=np.int32), telling.count)
+    telling.revised(1.0)
+    assert telling.due is None
 
 
 def test_it_knows_when_the_poses_it_told_are_not_kept_any_more() -> None:
     telling, _, log = waiting()
     telling.tell()
     assert not telling.forgotten
-    log.revise(np.ones((1, 3), dtype=np.int32))
+    poses = np.ones((2, 3), dtype=np.int32)
+    log.revise(poses, telling.count)
     telling.tell()
     for _ in range(32):
-        log.revise(np.ones((1, 3), dtype=np.int32))
+        log.revise(poses, telling.count)
     assert not telling.forgotten
-    log.revise(np.ones((1, 3), dtype=np.int32))
+    log.revise(poses, telling.count)
     assert telling.forgotten

@@ -137,6 +137,7 @@ def test_poses_that_turn_out_otherwise_are_told_anew() -> None:
     robot.begin()
     for _ in range(3):
         robot.look(Pose2(0.1, 0.0, 0.0))
+    robot.sharing.tick(3.0)
     robot.sharing.place_due(3.0)
     assert robot.sharing.repositionings == []
     robot.mapping.shift = 0.3
