@@ -157,7 +157,7 @@ def test_a_difference_that_nobody_can_settle_is_said_once() -> None:
     network.kill("ann")
     network.run(30.0)
     network.members["ben"].log.put(Author("ann", 0), 1, Entry(b"rot", (0, 0, 0), 0), "cid")
-    network.run(200.0)
+    network.run(400.0)
     for name in ("ben", "cid"):
         lines = [note.text for note in network.members[name].take_notes()]
         assert len(lines) == 1 and "different logs of ann" in lines[0]
