@@ -24,7 +24,7 @@ Key = tuple[Author, int]  # number 0 stands for the author's newest revision
 _SOON = 2.0  # [s]; a member that lacks a lot waits until all have said what they hold
 _NEXT = 0.3  # [s]; and less while it is being answered
 _JITTER = 0.3  # [s]; so that not all ask at the same instant
-_GROWTH = 1.5  # of the time-out with every attempt
+_GROWTH = 1.25  # of the time-out with every attempt
 _PATIENT = 8  # so often an author is asked for its own word on something that is held
 _NEIGHBOURS = 64  # so many numbers in a row are asked of the same peer
 

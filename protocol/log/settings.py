@@ -51,7 +51,7 @@ class LogSyncSettings(BaseModel):
     request_many: Least1 = 16
     request_patience_s: Positive = 4.0
     request_entries: Annotated[int, Field(ge=1, le=256)] = 256
-    request_timeout_s: Positive = 3.0
+    request_timeout_s: Positive = 2.0
     backoff_max_s: Positive = 10.0
     answer_delay_s: Positive = 0.5
     answer_bytes_s: Positive = 20_000.0
