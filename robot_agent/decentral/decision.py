@@ -56,6 +56,7 @@ class Decision:
         self._terms = LeaseTerms(settings.patience_s, math.inf)
         self._home = False
         self._home_failures = 0
+        self._got_somewhere = False  # since it last failed: who is shut in needs no second chance
 
     @property
     def homing(self) -> bool:
@@ -79,8 +80,8 @@ class Decision:
         """
         self._bid = bid
         award = self._next(bid, costs, now, claims)
-        if self.idle_since == now and self._tried.lift_bars():
-            self.idle_since = None
+        if self.idle_since == now and self._got_somewhere and self._tried.lift_bars():
+            self.idle_since, self._got_somewhere = None, False
             award = self._next(bid, costs, now, claims)
         return award
 
@@ -147,10 +148,12 @@ class Decision:
             return
         rests_until, reason = now + self._settings.rest_s, end.reason or end.outcome
         if end.outcome == "done":
+            self._got_somewhere = True
             self._tried.visited(region.goal, self._robot, rests_until)
         elif end.outcome == "unreachable":  # by a map that has only begun to show the way
             self._tried.rested(region.goal, self._robot, reason, rests_until)
         else:
+            self._got_somewhere = False
             self._tried.failed(region.goal, self._robot, reason)
 
     def go_home(self, home: tuple[float, float], now: float) -> Award:

@@ -82,6 +82,13 @@ def test_the_same_place_is_awarded_once() -> None:
     assert awarded(mind.bid(bid(EAST), {}, 3.0)).task > first.task
 
 
+def test_one_that_got_nowhere_does_not_try_all_again() -> None:
+    mind = decision()
+    mind.ended(end(awarded(mind.bid(bid(WEST), {}, 0.0)), "failed", "stuck"), 5.0)
+    assert mind.again({}, 100.0) is None
+    assert mind.idle_since == 100.0
+
+
 def test_a_place_it_failed_at_is_tried_again_only_when_nothing_else_is_left() -> None:
     mind = decision()
     mind.ended(end(awarded(mind.bid(bid(*ALL), {}, 0.0)), "failed", "stuck"), 5.0)
@@ -92,10 +99,9 @@ def test_a_place_it_failed_at_is_tried_again_only_when_nothing_else_is_left() ->
     third = awarded(mind.bid(bid(WEST, NORTH), {}, 8.0))
     assert third.goal_map == NORTH
     mind.ended(end(third), 9.0)
-    for now in (10.0, 11.0):  # second chances, until it has been tried often enough
-        chance = awarded(mind.bid(bid(WEST), {}, now))
-        assert chance.goal_map == WEST
-        mind.ended(end(chance, "failed", "stuck"), now)
+    chance = awarded(mind.bid(bid(WEST), {}, 10.0))
+    assert chance.goal_map == WEST
+    mind.ended(end(chance, "failed", "stuck"), 11.0)
     assert mind.bid(bid(WEST), {}, 12.0) is None
     assert mind.idle_since == 12.0
 
@@ -256,11 +262,11 @@ STEPS = st.lists(
 def test_what_holds_whatever_happens(
     steps: list[tuple[str, list[tuple[float, float]]]], most: int, company: bool
 ) -> None:
-    """Tasks count up; what was given up is never awarded; idle only if nothing is left."""
+    """Tasks count up; what was given up is never awarded; idle only if all that is left failed."""
     mind = decision(SETTINGS.model_copy(update={"max_tries": most}))
     tries = dict.fromkeys(ALL, 0)
     rests_until = dict.fromkeys(ALL, -math.inf)
-    barred: set[tuple[float, float]] = set()
+    failed: set[tuple[float, float]] = set()
     offered: list[tuple[float, float]] = []
     at_hand: Award | None = None
     number = 0
@@ -274,7 +280,7 @@ def test_what_holds_whatever_happens(
             if what == "done":
                 rests_until[goal] = max(rests_until[goal], now + SETTINGS.rest_s)
             else:
-                barred.add(goal)
+                failed.add(goal)
             at_hand = None
             assert mind.region is None
         offered = places if what == "bid" else offered
@@ -282,17 +288,13 @@ def test_what_holds_whatever_happens(
         made = mind.bid(bid(*offered), costs, float(now)) if what == "bid" else None
         award = made if what == "bid" else mind.again(costs, float(now))
         open_now = [p for p in offered if tries[p] < most and now >= rests_until[p]]
-        left = [p for p in open_now if p not in barred]
-        if at_hand is None and not left:
-            barred.clear()  # second chances
-            left = open_now
         if award is not None:
             assert award.task > number
             number, at_hand = award.task, award
-            assert award.kind == "explore" and award.goal_map in left
+            assert award.kind == "explore" and award.goal_map in open_now
         assert (mind.region is None) == (at_hand is None)
         if mind.idle_since is not None:
-            assert at_hand is None and not left
+            assert at_hand is None and all(p in failed for p in open_now)
 
 
 @pytest.mark.parametrize("name", ["auction", "nearest", "minpos"])
