@@ -26,6 +26,7 @@ from robot_agent.decentral.claims import Claim, ClaimTerms, claimed
 from robot_agent.decentral.settings import DecisionSettings
 
 _AT_GOAL = 0.5  # [m]; what lies nearer to where the robot heads is what it heads for
+_LOOKS_STILL = 2.0  # [m]; so near to its goal a robot goes on though nothing is to be gained there
 
 
 class Decision:
@@ -185,17 +186,20 @@ class Decision:
         return self._tried.next_awake(now)
 
     def _none_left(self, left: RobotBid, now: float) -> None:
-        """Nothing is free: go on with what is in hand, leave it to a teammate, or be idle.
+        """Nothing is free: leave what is in hand to a teammate, be idle, or go on if almost there.
 
         Args:
             left: places of the bid that are left to teammates.
             now: mission time [s].
         """
         worth = left.only((left.gains >= self._strategy.min_gain) & (left.gains > 0.0))
-        if self.region is not None and near(worth.places, self.region.goal, _AT_GOAL).any():
-            self.region = None
         if self.region is not None:
-            return
+            goal, here = self.region.goal, left.T_map_base
+            left_to_mate = near(worth.places, goal, _AT_GOAL).any()
+            # The map may lose a frontier just before the robot sees all of it: look at it then.
+            if not left_to_mate and math.dist(goal, (here.x, here.y)) <= _LOOKS_STILL:
+                return
+            self.region = None
         self.stands_by = len(worth) > 0
         if self.stands_by:
             self.idle_since = None

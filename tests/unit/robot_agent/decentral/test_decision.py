@@ -141,10 +141,19 @@ def test_with_nothing_worth_a_trip_it_is_idle_since_then() -> None:
     assert mind.idle_since is None
 
 
-def test_what_is_in_hand_goes_on_though_it_is_gone_from_the_bid() -> None:
-    """The robot's software itself sees when there is nothing left to look at."""
+def test_it_does_not_go_far_for_what_is_not_worth_it_any_more() -> None:
     mind = decision()
     award = awarded(mind.bid(bid(WEST), {}, 0.0))
+    assert mind.bid(bid(), {}, 1.0) is None
+    assert mind.region is None and mind.idle_since == 1.0
+    mind.ended(end(award), 2.0)
+    assert mind.idle_since == 1.0
+
+
+def test_when_almost_there_it_goes_on_though_its_place_is_gone_from_the_bid() -> None:
+    """The robot's software itself sees when there is nothing left to look at."""
+    mind = decision()
+    award = awarded(mind.bid(bid((1.9, 0.0)), {}, 0.0))
     assert mind.bid(bid(), {}, 1.0) is None
     assert mind.region is not None and mind.idle_since is None
     mind.ended(end(award), 2.0)
@@ -211,9 +220,8 @@ def test_it_turns_round_when_a_teammate_comes_there_first() -> None:
 
 
 def test_what_the_map_has_lost_is_not_left_to_others() -> None:
-    """The robot's software itself sees when there is nothing left to look at."""
     mind = decision()
-    awarded(mind.bid(bid(WEST), {}, 0.0))
+    awarded(mind.bid(bid((0.0, -1.5)), {}, 0.0))
     assert mind.bid(bid(EAST), {}, 1.0, [Claim("bob", EAST, 0.1)]) is None
     assert mind.region is not None and not mind.stands_by
 
@@ -292,6 +300,9 @@ def test_what_holds_whatever_happens(
             assert award.task > number
             number, at_hand = award.task, award
             assert award.kind == "explore" and award.goal_map in open_now
+        if mind.region is None and at_hand is not None:
+            assert at_hand.goal_map not in open_now  # gone from the map: it turns round
+            at_hand = None
         assert (mind.region is None) == (at_hand is None)
         if mind.idle_since is not None:
             assert at_hand is None and all(p in failed for p in open_now)
