@@ -54,7 +54,11 @@ class Decision:
         self._task = 0
         self._bid: RobotBid | None = None
         self._lease: Lease | None = None
-        self._terms = LeaseTerms(settings.patience_s, math.inf)
+        # A wait is worth no detours: between two ways that are shut in turn there is no end to them.
+        self._terms = {
+            "explore": LeaseTerms(settings.patience_s, math.inf),
+            "wait": LeaseTerms(settings.patience_s, math.inf, detours=0),
+        }
         self._home = False
         self._home_failures = 0
         self._got_somewhere = False  # since it last failed: who is shut in needs no second chance
@@ -226,6 +230,6 @@ class Decision:
 
     def _award(self, kind: str, goal: tuple[float, float], now: float) -> Award:
         self._task += 1
-        self._lease = Lease(self._terms, now)
+        self._lease = Lease(self._terms[kind], now)
         fields = {"task": self._task, "kind": kind, "goal_map": goal}
         return Award.model_validate({**fields, "lease_s": self._settings.lease_s})

@@ -187,6 +187,19 @@ def test_who_does_not_get_home_stays_after_some_tries_until_it_has_been_elsewher
     assert not mind.homing
 
 
+def test_who_runs_to_and_fro_between_two_ways_home_gives_up() -> None:
+    mind = decision()
+    mind.bid(bid(), {}, 0.0)
+    home = mind.go_home((1.0, 2.0), 0.0)
+    for now, left in ((1.0, 9.0), (5.0, 8.0), (10.0, 30.0), (20.0, 25.0)):
+        mind.progress(home.task, left, now)
+    assert mind.overdue(5.0 + SETTINGS.patience_s) is not None
+    award = awarded(mind.bid(bid(WEST), {}, 30.0))
+    for now, left in ((31.0, 9.0), (35.0, 8.0), (40.0, 30.0), (50.0, 25.0)):
+        mind.progress(award.task, left, now)
+    assert mind.overdue(35.0 + SETTINGS.patience_s) is None
+
+
 # --- what is left to others ----------------------------------------------------------------------
 
 
