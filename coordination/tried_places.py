@@ -65,9 +65,13 @@ class TriedPlaces:
         If the frontier is gone with the next map, nothing comes of it. If not, its tries are
         counted: something that no sensor of ours can see keeps it unknown.
         """
+        return self.rested(place, robot, "visited, and the frontier was left", rests_until)
+
+    def rested(self, place: Point, robot: str, reason: str, rests_until: float) -> bool:
+        """Note a try in vain that may do better in a while; return whether it was the last one."""
         tried = self._record(place)
         tried.rests_until = max(tried.rests_until, rests_until)
-        return self._count(tried, f"{robot}: visited, and the frontier was left")
+        return self._count(tried, f"{robot}: {reason}")
 
     def kept_from(self, robot: str, now: float, bars: bool = True) -> Floats:
         """Return the places (k, 2) [m] that a robot must not be sent to at `now` [s].

@@ -10,13 +10,14 @@ import numpy.typing as npt
 from pydantic import AfterValidator, Field
 
 from mapping.geometry import Pose2
-from protocol.fields import Count, Points, PoseField
+from protocol.fields import Coordinate, Count, Points, PoseField
 from protocol.packing import PackedMessage, Packer, Unpacker
 
 POINTS_IN_BEACON = 64
 _FARTHEST = 10_000.0  # [m]; paths are told up to there
 _STRAIGHT_ON = 31_415  # the largest whole tenth of a milliradian below pi
 _FLAGS = ("busy", "idle", "through")
+_WITH_GOAL = 1 << len(_FLAGS)
 
 
 def _rounded(digits: int) -> AfterValidator:
@@ -42,6 +43,14 @@ def _round_path(path: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     return rounded
 
 
+def _round_goal(goal: tuple[float, float] | None) -> tuple[float, float] | None:
+    """Return a place in whole centimetres, as it is told."""
+    if goal is None:
+        return None
+    x, y = (max(-_FARTHEST, min(_FARTHEST, value)) for value in goal)
+    return round(x * 100.0) / 100.0, round(y * 100.0) / 100.0
+
+
 def _steps(pose: Pose2) -> tuple[int, int, int]:
     theta = max(-_STRAIGHT_ON, min(_STRAIGHT_ON, round(pose.theta * 1e4)))
     return round(pose.x * 1e3), round(pose.y * 1e3), theta
@@ -56,11 +65,12 @@ class Beacon(PackedMessage):
     """Here I am: broadcast all the time, so that others keep clear and know what is left to do.
 
     `path_map` (n, 2) [m] is what the robot is about to drive, nearest first. `busy`: it drives for
-    a task; `through`: it finds nothing more that is worth a trip, and all that it knows of hold
-    what it holds. `held` is a checksum of all observations and poses that it holds.
+    a task, to `goal_map` (x, y) [m]; `through`: it finds nothing more that is worth a trip, and all
+    that it knows of hold what it holds. `held` is a checksum of all observations and poses that it
+    holds.
 
     Values are rounded to what is told: the pose to millimetres and tenths of a milliradian, the
-    path, `sigma_m` and `speed_m_s` to centimetres, `radius_m` to millimetres.
+    path, the goal, `sigma_m` and `speed_m_s` to centimetres, `radius_m` to millimetres.
     """
 
     type: Literal["beacon"] = "beacon"
@@ -73,6 +83,7 @@ class Beacon(PackedMessage):
     idle: bool = False
     through: bool = False
     held: Count = 0
+    goal_map: Annotated[tuple[Coordinate, Coordinate] | None, AfterValidator(_round_goal)] = None
     path_map: Annotated[Points, AfterValidator(_round_path)]
 
     def packed(self) -> bytes:
@@ -82,7 +93,10 @@ class Beacon(PackedMessage):
             packer.signed(step)
         packer.number(round(self.sigma_m * 100.0)).number(round(self.radius_m * 1000.0))
         packer.signed(round(self.speed_m_s * 100.0))
-        packer.number(sum(getattr(self, flag) << k for k, flag in enumerate(_FLAGS)))
+        flags = sum(getattr(self, flag) << k for k, flag in enumerate(_FLAGS))
+        packer.number(flags | (_WITH_GOAL if self.goal_map else 0))
+        for value in self.goal_map or ():
+            packer.signed(round(value * 100.0))
         packer.number(self.held).number(len(self.path_map))
         for column in _centimetres(self.path_map).T.tolist():
             packer.steps(column)
@@ -102,6 +116,8 @@ class Beacon(PackedMessage):
         fields["speed_m_s"] = unpacker.signed() / 100.0
         flags = unpacker.number()
         fields |= {flag: bool(flags >> k & 1) for k, flag in enumerate(_FLAGS)}
+        if flags & _WITH_GOAL:
+            fields["goal_map"] = [unpacker.signed() / 100.0, unpacker.signed() / 100.0]
         fields["held"] = unpacker.number()
         count = unpacker.count(POINTS_IN_BEACON)
         path = np.array([unpacker.steps(count), unpacker.steps(count)], dtype=np.float64).T

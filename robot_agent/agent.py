@@ -329,6 +329,11 @@ class Agent:
         return self._body_parts[2] if self._body_parts else None
 
     @property
+    def planning_map(self) -> PlanningMap | None:
+        """Its copy of the team's map, once it has a body."""
+        return self._body_parts[1] if self._body_parts else None
+
+    @property
     def mapping(self) -> LocalMapping | None:
         """Its own mapping, once it has a body."""
         return self._body_parts[0] if self._body_parts else None

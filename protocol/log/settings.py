@@ -14,13 +14,13 @@ Least1 = Annotated[int, Field(ge=1)]
 class LogSyncSettings(BaseModel):
     """How robots keep their logs the same, and what they take from whom.
 
-    Telling: new observations are collected for `batch_period_s` and broadcast in frames of about
-    `frame_bytes`; new poses, if one moved by `revision_large_m`, wait no longer than
-    `revision_delay_s`. All that waits while nobody was heard in the last `reached_s`, but no longer
-    than `unheard_s`; and all but such poses while somebody was not who was within `missed_s`, for
-    as long. What a robot holds is broadcast every `announce_period_s` while something changes,
-    ever more rarely to `announce_period_max_s` when nothing does, and at once when a peer is heard
-    that was away: not heard for `away_s`.
+    Telling: new observations are collected for `batch_period_s`, or until none came for `quiet_s`,
+    and broadcast in frames of about `frame_bytes`; new poses, if one moved by `revision_large_m`,
+    wait no longer than `revision_delay_s`. All that waits while nobody was heard in the last
+    `reached_s`, but no longer than `unheard_s`; and all but such poses while somebody was not who
+    was within `missed_s`, for as long. What a robot holds is broadcast every `announce_period_s`
+    while something changes, ever more rarely to `announce_period_max_s` when nothing does, and at
+    once when a peer is heard that was away: not heard for `away_s`.
 
     Asking: with `request_many` or more entries missing a robot asks at once, else it collects what
     it lacks for `request_patience_s`. It has no more than `request_entries` asked for at a time,
@@ -39,6 +39,7 @@ class LogSyncSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     batch_period_s: Positive = 2.0
+    quiet_s: Positive = 5.0
     revision_delay_s: NotNegative = 0.2
     revision_large_m: NotNegative = 0.05
     reached_s: Positive = 1.5

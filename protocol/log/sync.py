@@ -141,10 +141,6 @@ class LogSync:
         self._changed(now)
         self.telling.revised(now)
 
-    def rest(self, now: float) -> None:
-        """The robot will observe nothing for a while: what waits to be told need not wait on."""
-        self.telling.complete(now)
-
     def handle(self, peer: str, message: LogMessage, now: float) -> None:
         """Take a peer's message. What it asks for is sent by `tick`, when that is due."""
         if peer in self.standing.isolated or peer == self.log.me.robot:

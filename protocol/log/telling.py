@@ -44,7 +44,7 @@ class Telling:
         self._log = log
         self._settings = settings
         self._peers = peers
-        self._since = 0.0  # when the first of the news was to be told [s]
+        self._full = 0.0  # when the news have waited long enough for more [s]
         self._batch: float | None = None  # when all news may be told [s]
         self._pressing: float | None = None  # when new poses may be, without new entries [s]
 
@@ -60,28 +60,23 @@ class Telling:
 
     def news(self, now: float) -> None:
         """There is something new: tell it after a while, or at once if a frame is full."""
-        self._wait(now + self._settings.batch_period_s)
+        self._collect(now)
         own = self._log.own
         waiting = range(self.count + 1, own.count + 1)
         size = sum(len(own.entries[n].what.payload) + ENTRY_OVERHEAD for n in waiting)
         if size + FRAME_OVERHEAD >= self._settings.frame_bytes or len(waiting) >= ENTRIES_IN_FRAME:
-            self._wait(now)
+            self._batch = now
 
     def revised(self, now: float) -> None:
         """There may be new poses: the others must not go by wrong ones for long."""
         own, settings = self._log.own, self._settings
         if own.version == self.version:
             return
-        self._wait(now + settings.batch_period_s)
+        self._collect(now)
         before = own_poses_at(self._log, self.version, len(own.poses))
         if before is None or _farthest(before[1], own.poses) >= settings.revision_large_m:
             soon = now + settings.revision_delay_s
             self._pressing = soon if self._pressing is None else min(self._pressing, soon)
-
-    def complete(self, now: float) -> None:
-        """Nothing more is to be expected for a while: there is no use in waiting for more."""
-        if self._batch is not None and self._since > now:
-            self._batch = self._since = now
 
     def tell_due(self, now: float) -> list[LogMessage]:
         """Return the messages for which it is time, if those who should hear them can.
@@ -89,7 +84,7 @@ class Telling:
         Args:
             now: mission time [s].
         """
-        settings, waited = self._settings, now - self._since
+        settings, waited = self._settings, now - self._full
         reached = set(self._peers.heard_within(settings.reached_s, now))
         missed = not reached.issuperset(self._peers.heard_within(settings.missed_s, now))
         patient = missed and waited < settings.missed_s
@@ -123,11 +118,12 @@ class Telling:
         self.version = own.version
         return [pose_set(me, own.version, own.poses, me.robot, before)]
 
-    def _wait(self, until: float) -> None:
-        """Let the news wait until then [s], or less if they already do."""
+    def _collect(self, now: float) -> None:
+        """There are news: let all news wait for more, but for no longer than a batch may."""
+        settings = self._settings
         if self._batch is None:
-            self._batch = self._since = until
-        self._batch = min(self._batch, until)
+            self._full = now + settings.batch_period_s
+        self._batch = max(now, min(self._full, now + settings.quiet_s))
 
 
 def _farthest(before: PoseTable, after: PoseTable) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from coordination.task import Point
 from mapping.geometry import Pose2
 from protocol.messages import Heartbeat
 from protocol.peer_messages import Beacon
@@ -18,6 +19,11 @@ class Standing(Protocol):
     @property
     def busy(self) -> bool:
         """Whether it drives for a task."""
+        ...
+
+    @property
+    def goal(self) -> Point | None:
+        """Where that leads, (x, y) [m], map frame; None if it does not."""
         ...
 
     @property
@@ -73,6 +79,7 @@ class Beaconing:
             idle=standing.idle,
             through=standing.through,
             held=held,
+            goal_map=standing.goal,
             path_map=heartbeat.path_map[: self._settings.beacon_points],
         )
         if now < self._next - _EPSILON and not self._news(beacon):
@@ -86,6 +93,10 @@ class Beaconing:
     def _news(self, beacon: Beacon) -> bool:
         """Whether something that others wait for has changed."""
         told = self._told
-        return told is None or (told.busy, told.idle, told.through) != (
-            beacon.busy, beacon.idle, beacon.through,
-        )  # fmt: skip
+        return told is None or differs(told, beacon)
+
+
+def differs(told: Beacon, beacon: Beacon) -> bool:
+    """Whether something that others decide by is not as it was told before."""
+    before = (told.busy, told.idle, told.through, told.goal_map)
+    return before != (beacon.busy, beacon.idle, beacon.through, beacon.goal_map)

@@ -64,6 +64,7 @@ class Peer:
             words.Heartbeat: self._heartbeat,
             words.ScanReport: self._report,
             words.Bid: self._bid,
+            words.TaskProgress: self._task_progress,
             words.TaskEnd: self._task_end,
             words.TightPlace: self._tight_place,
             words.MapRequest: self._map_request,
@@ -166,6 +167,11 @@ class Peer:
         award = self.choosing.bid(message, now)
         return self._tell(award, now) if award else []
 
+    def _task_progress(self, message: Message, now: float) -> list[Effect]:
+        assert isinstance(message, words.TaskProgress)
+        self.choosing.progress(message, now)
+        return []
+
     def _task_end(self, message: Message, now: float) -> list[Effect]:
         assert isinstance(message, words.TaskEnd)
         award = self.choosing.ended(message, now)
@@ -189,8 +195,9 @@ class Peer:
         if isinstance(message, _LOG):
             return self.sharing.take(source, message, now)
         if isinstance(message, Beacon):
-            if self.choosing.crew.hear(source, message, header.stamp, now):
-                return self._tell(self.choosing.team_poses(now), now)
+            newer, award = self.choosing.hear(source, message, header.stamp, now)
+            effects = self._tell(self.choosing.team_poses(now), now) if newer else []
+            return effects + (self._tell(award, now) if award else [])
         elif isinstance(message, words.TightPlace):
             return self._tell(message, now)
         return []
@@ -205,10 +212,13 @@ class Peer:
 
     def _decide(self, now: float) -> list[Effect]:
         """Drive home when nothing is left to do; say so when that is so for all that are heard."""
-        if self.choosing.idle:
-            self.sharing.sync.rest(now)
+        effects: list[Effect] = []
+        overdue = self.choosing.overdue(now)
+        if overdue is not None:
+            effects += self._tell(words.Terminate(task=overdue.task), now)
+            effects += self._task_end(overdue, now)
         award = self.choosing.idle_word(now, self.sharing.home)
-        effects = self._tell(award, now) if award else []
+        effects += self._tell(award, now) if award else []
         held = self.sharing.checksum()
         self.choosing.agree(held, now)
         through = self.choosing.through

@@ -18,9 +18,18 @@ class DecisionSettings(_Settings):
     """How a robot decides for itself where to go.
 
     A robot counts as here while it was heard in the last `here_s`; one that was not heard for
-    `lost_s` is not waited for any more. A place where it failed, or that it visited in vain, rests
-    for `rest_s`, and is given up after `max_tries`; places within `tried_radius_m` are one. A robot
-    that finds nothing for `quiet_s` drives home, where the others find it again.
+    `lost_s` is not waited for any more. A place that it visited in vain, or found no way to, rests
+    for `rest_s`; one where it got stuck it tries again when nothing else is left. After `max_tries`
+    it gives a place up; places within `tried_radius_m` are one. A robot that finds nothing for
+    `quiet_s` drives home, where the others find it again; it tries that `max_tries` times.
+
+    A place within `claim_apart_m` of where a teammate is heading is left to that teammate if it
+    comes there first, and so is one that somebody else is nearer to, and from where a share of
+    `claim_overlap` of what is to be seen is seen from the teammate's goal, too; ways that differ by
+    less than `claim_tie_m` are equally long, and the smaller name comes first. A robot for which
+    nothing else is left waits out of the way, looks again every `wait_period_s`, and moves then if
+    that takes it on by more than `wait_move_m`. A task without progress for `patience_s` has
+    failed.
     """
 
     here_s: Positive = 10.0
@@ -30,6 +39,12 @@ class DecisionSettings(_Settings):
     rest_s: NotNegative = 10.0
     quiet_s: Positive = 4.0
     agreed_s: Positive = 3.0
+    claim_apart_m: NotNegative = 2.0
+    claim_overlap: Annotated[float, Field(ge=0.0)] = 0.8
+    claim_tie_m: NotNegative = 0.5
+    wait_period_s: Positive = 5.0
+    wait_move_m: NotNegative = 1.5
+    patience_s: Positive = 20.0
     lease_s: Positive = 3600.0
 
 

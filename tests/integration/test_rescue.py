@@ -82,6 +82,16 @@ def test_a_partition_longer_than_anybody_waits_heals() -> None:
     check_complete(watched)
 
 
+def test_the_last_one_left_finishes_alone() -> None:
+    kills = ", ".join(
+        f"{{at_s = {at}, robot = 'robot{k}', kind = 'kill'}}"
+        for k, at in ((1, 12.0), (3, 20.0), (4, 25.0))
+    )
+    watched = Watched(rescue(ALONE, KNOWN, f"world.faults=[{kills}]", max_time=400.0))
+    assert watched.run() == "explored"
+    assert watched.world.now < 300.0  # the way on is shut by one that stands in it
+
+
 def test_robots_started_anew_go_on_with_the_map_of_the_team() -> None:
     struck = (
         'world.faults=[{at_s = 30.0, robot = "robot2", kind = "restart"}, '

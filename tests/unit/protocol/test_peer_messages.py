@@ -29,7 +29,7 @@ def beacon(x: float, y: float, theta: float, path: np.ndarray | None = None) -> 
 
 def test_a_beacon_with_a_long_path_takes_no_more_than_ninety_bytes() -> None:
     ahead = np.array([12.0, -7.0]) + 0.3 * np.outer(np.arange(1, 13), (math.cos(2), math.sin(2)))
-    told = beacon(12.0, -7.0, 2.0, ahead)
+    told = beacon(12.0, -7.0, 2.0, ahead).model_copy(update={"goal_map": (32.15, -17.25)})
     assert frame_bytes(encode(header_of(told, to="*", sequence=700), told)) <= 90
 
 
@@ -50,6 +50,22 @@ def test_a_path_is_told_in_centimetres_and_no_farther_than_anybody_drives() -> N
     assert not told.path_map.flags.writeable
     with pytest.raises(ValueError, match="points"):
         beacon(0.0, 0.0, 0.0, np.zeros((POINTS_IN_BEACON + 1, 2)))
+
+
+@given(st.none() | st.tuples(st.floats(-1e5, 1e5), st.floats(-1e5, 1e5)))
+def test_a_goal_is_told_in_centimetres_if_there_is_one(goal: tuple[float, float] | None) -> None:
+    fields = beacon(1.0, 2.0, 0.0).model_dump(exclude={"T_map_base", "path_map"})
+    told = Beacon(
+        **{**fields, "goal_map": goal},
+        T_map_base=Pose2(1.0, 2.0, 0.0),
+        path_map=np.zeros((0, 2), np.float32),
+    )
+    _, heard = decode(encode(header_of(told), told))
+    assert isinstance(heard, Beacon)
+    assert heard.goal_map == told.goal_map
+    assert (heard.goal_map is None) == (goal is None)
+    for value, given_value in zip(told.goal_map or (), goal or (), strict=True):
+        assert abs(value - max(-1e4, min(1e4, given_value))) <= 0.00501
 
 
 def test_an_angle_that_is_not_wrapped_is_refused() -> None:

@@ -112,17 +112,14 @@ def test_news_go_as_soon_as_all_are_back_and_do_not_wait_for_who_is_gone() -> No
     assert telling.tell_due(44.0) != []
 
 
-def test_news_that_are_complete_wait_for_no_more() -> None:
-    telling, peers, _ = waiting()
-    telling.complete(1.0)
-    assert telling.due == 1.0
-    assert telling.tell_due(1.0) == []
-    telling.complete(1.2)
-    assert telling.due == 1.5
-    peers.hear("ben", 1.4)
-    assert telling.tell_due(1.5) != []
-    telling.complete(2.0)
-    assert telling.due is None
+def test_news_that_stop_coming_wait_for_no_more() -> None:
+    log = ObservationLog("ann")
+    settings = LogSyncSettings(batch_period_s=15.0, quiet_s=5.0)
+    telling = Telling(log, settings, Peers(10.0, 70.0))
+    for now, due in ((1.0, 6.0), (4.0, 9.0), (12.0, 16.0)):
+        log.append(b"one", (1, 2, 3))
+        telling.news(now)
+        assert telling.due == due
 
 
 def test_a_large_correction_waits_for_nobody_but_the_first_in_reach() -> None:

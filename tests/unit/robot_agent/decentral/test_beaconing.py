@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ class At:
     busy: bool = False
     idle: bool = False
     through: bool = False
+    goal: tuple[float, float] | None = None
 
 
 def beat(moving: bool = False, points: int = 0) -> Heartbeat:
@@ -43,10 +45,11 @@ def instants(at: At, heartbeat: Heartbeat) -> list[float]:
 
 
 def test_a_beacon_tells_all_of_the_robot_and_the_beginning_of_its_path() -> None:
-    beacon = due(Beaconing(SETTINGS), 0.0, At(busy=True, idle=False), beat(points=5))
+    beacon = due(Beaconing(SETTINGS), 0.0, At(busy=True, goal=(7.0, 8.0)), beat(points=5))
     assert beacon is not None
     assert (beacon.life, beacon.radius_m, beacon.sigma_m, beacon.held) == (3, 0.25, 0.1, 77)
     assert (beacon.T_map_base, beacon.speed_m_s, beacon.busy) == (POSE, 0.12, True)
+    assert beacon.goal_map == (7.0, 8.0)
     assert beacon.path_map.tolist() == [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]]
 
 
@@ -59,8 +62,11 @@ def test_it_tells_seldom_at_rest() -> None:
     assert instants(At(), beat()) == [0.0, 2.0, 4.0]
 
 
-@pytest.mark.parametrize("change", [{"busy": True}, {"idle": True}, {"through": True}])
-def test_what_others_wait_for_it_tells_at_once(change: dict[str, bool]) -> None:
+CHANGES = [{"busy": True}, {"idle": True}, {"through": True}, {"goal": (1.0, 2.0)}]
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_what_others_wait_for_it_tells_at_once(change: dict[str, Any]) -> None:
     beaconing = Beaconing(SETTINGS)
     assert due(beaconing, 0.0) is not None
     assert due(beaconing, 0.1) is None

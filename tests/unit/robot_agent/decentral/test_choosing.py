@@ -13,7 +13,7 @@ from robot_agent.decentral.choosing import Choosing
 from robot_agent.decentral.settings import DecisionSettings
 from robot_agent.settings import RobotSettings
 from tests.unit.protocol.test_crew import beacon
-from tests.unit.robot_agent.test_agent import with_map
+from tests.unit.robot_agent.test_agent import Rig, with_map
 
 SETTINGS = DecisionSettings(here_s=10.0, lost_s=60.0, quiet_s=4.0, agreed_s=3.0, rest_s=10.0)
 HELD = 77
@@ -104,6 +104,92 @@ def test_places_are_left_to_teammates_that_are_here_and_nearer() -> None:
     alone.crew.hear("robot2", beacon(-0.45), 0.5, 0.5)
     award = alone.bid(two, 20.0)  # not heard for too long
     assert award is not None and award.goal_map[0] == pytest.approx(-0.45)
+
+
+def placed(rig: Rig, *places: tuple[float, float]) -> words.Bid:
+    """A bid of the robot where it stands."""
+    return bid(*places).model_copy(update={"T_map_base": rig.agent.pose_map()})
+
+
+EAST, WEST = (1.05, 0.05), (-0.45, 0.05)
+
+
+def in_hall() -> tuple[Rig, Choosing]:
+    rig = with_map()
+    rig.live(0.5)
+    settings = SETTINGS.model_copy(update={"claim_tie_m": 0.1})  # the hall is small
+    return rig, Choosing(rig.agent, MinPos.from_settings({}), settings)
+
+
+def goal_of(award: words.Award | None) -> tuple[float, float]:
+    assert award is not None and award.kind == "explore"
+    return award.goal_map
+
+
+def test_one_that_finds_nothing_does_not_keep_others_from_anything() -> None:
+    rig, mine = in_hall()
+    mine.crew.hear("robot2", beacon(-0.45, idle=True), 0.5, 0.5)
+    assert goal_of(mine.bid(placed(rig, EAST, WEST), 1.0)) == pytest.approx(WEST)
+
+
+def test_who_is_heading_somewhere_comes_to_other_places_after_that() -> None:
+    rig, mine = in_hall()
+    mine.crew.hear("robot2", beacon(-0.45, busy=True, goal_map=(1.2, 0.9)), 0.5, 0.5)
+    assert goal_of(mine.bid(placed(rig, EAST, WEST), 1.0)) == pytest.approx(WEST)
+
+
+def test_with_all_left_to_a_teammate_it_waits_out_of_the_way_and_looks_again() -> None:
+    rig, mine = in_hall()
+    assert mine.bid(placed(rig, WEST), 1.0) is not None
+    assert mine.goal == pytest.approx(WEST)
+    newer, award = mine.hear("robot2", beacon(-0.45, busy=True, goal_map=WEST), 1.5, 1.5)
+    assert newer and award is not None and award.kind == "wait"
+    assert (mine.busy, mine.idle, mine.goal) == (False, False, None)
+    assert mine.due == 1.5 + SETTINGS.wait_period_s
+    assert mine.hear("robot2", beacon(-0.4, busy=True, goal_map=WEST), 2.0, 2.0) == (True, None)
+    assert mine.idle_word(mine.due, (9.0, 9.0)) is None  # nothing has changed
+    assert mine.due == 1.5 + 2.0 * SETTINGS.wait_period_s
+    assert mine.idle_word(mine.due, None) is None
+    # Not heard any more, the teammate keeps nobody from going there.
+    assert goal_of(mine.idle_word(mine.due, None)) == pytest.approx(WEST)
+
+
+def test_when_a_teammate_turns_idle_it_goes_where_that_did_not() -> None:
+    rig, mine = in_hall()
+    mine.crew.hear("robot2", beacon(-0.45, busy=True, goal_map=WEST), 0.5, 0.5)
+    award = mine.bid(placed(rig, WEST), 1.0)
+    assert award is not None and award.kind == "wait"
+    _, award = mine.hear("robot2", beacon(-0.45, idle=True), 2.0, 2.0)
+    assert goal_of(award) == pytest.approx(WEST)
+    assert mine.hear("robot2", beacon(-0.45, idle=False), 1.0, 2.5) == (False, None)
+
+
+def test_what_comes_up_for_others_on_its_way_home_does_not_turn_it_round() -> None:
+    rig, mine = in_hall()
+    mine.bid(placed(rig), 0.0)
+    home = mine.idle_word(5.0, (9.0, 9.0))
+    assert home is not None and home.kind == "wait"
+    mine.crew.hear("robot2", beacon(-0.45, busy=True, goal_map=WEST), 5.5, 5.5)
+    assert mine.bid(placed(rig, WEST), 6.0) is None
+    assert not mine.idle
+    assert mine.due == 6.0 + SETTINGS.wait_period_s
+
+
+def test_one_that_is_through_is_not_disturbed_by_what_others_are_at() -> None:
+    mine = idle()
+    mine.through = True
+    assert mine.hear("bob", beacon(busy=True), 1.0, 1.0) == (True, None)
+
+
+def test_a_task_that_does_not_get_on_is_over() -> None:
+    mine = choosing()
+    award = mine.bid(bid((9.0, 0.0)), 0.0)
+    assert award is not None
+    mine.progress(words.TaskProgress(task=award.task, remaining_m=9.0), 1.0)
+    assert mine.due == 1.0 + SETTINGS.patience_s
+    assert mine.overdue(20.0) is None
+    over = mine.overdue(21.0)
+    assert over is not None and over.task == award.task
 
 
 # --- going home ----------------------------------------------------------------------------------

@@ -165,6 +165,17 @@ def test_with_nothing_to_find_it_drives_home() -> None:
     assert rig.T_world_base.x > before + 0.3
 
 
+def test_a_task_that_does_not_get_on_is_put_down() -> None:
+    rig = joined(decision={"patience_s": 1.5})
+    rig.live(1.0)
+    assert rig.peer.choosing.busy
+    for _ in range(60):  # wheels that turn and do not get it anywhere
+        rig.command = (0.0, 0.0)
+        rig.live()
+    _, tried, _ = rig.peer.choosing.last
+    assert len(tried.kept_from("me", rig.now)) > 0
+
+
 def test_a_second_start_is_not_taken_for_where_it_was_told() -> None:
     rig = Rig(life=1, reference=True, look_around=True)
     rig.join(start=IDENTITY)
