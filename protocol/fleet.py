@@ -36,7 +36,7 @@ from protocol.operator_messages import (
     StopRequest,
     VisitRequest,
 )
-from protocol.peer_messages import Beacon
+from protocol.peer_messages import Beacon, Lookout
 
 FleetMessage = Annotated[
     Hello
@@ -68,6 +68,7 @@ FleetMessage = Annotated[
     | PoseSet
     | LogHave
     | LogWant
-    | Beacon,
+    | Beacon
+    | Lookout,
     Field(discriminator="type"),
 ]

@@ -17,7 +17,7 @@ from protocol.codec import Header
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send
 from protocol.log.messages import LogHave, LogWant, Observations, PoseSet
 from protocol.messages import EVERYONE, SERVER, WORLD, Message
-from protocol.peer_messages import Beacon
+from protocol.peer_messages import Beacon, Lookout
 from protocol.world_messages import Joined, Through
 from robot_agent.agent import Agent
 from robot_agent.decentral.beaconing import Beaconing
@@ -25,7 +25,9 @@ from robot_agent.decentral.choosing import Choosing
 from robot_agent.decentral.memory import Memory
 from robot_agent.decentral.settings import PeerSettings
 from robot_agent.decentral.sharing import Sharing
+from robot_agent.decentral.tying import Standing
 
+_JUST_NOW = 3.0  # [s]; whoever was heard since is about where it said
 _LOG = (Observations, PoseSet, LogHave, LogWant)
 
 
@@ -104,7 +106,7 @@ class Peer:
         if delta is not None:
             effects += self._tell(delta, now)
         was_tied = self.sharing.tied
-        placed = self.sharing.place_due(now)
+        placed = self.sharing.place_due(self._teammates(now), now)
         if self.sharing.tied and not was_tied:
             effects.append(Note("info", f"knows where it is at {now:.1f} s"))
         if placed is not None:
@@ -140,16 +142,28 @@ class Peer:
     def _heartbeat(self, message: Message, now: float) -> list[Effect]:
         """Tell the others where the robot is, and see how long nothing was left to do."""
         assert isinstance(message, words.Heartbeat)
-        about = self.sharing.whereabouts
+        about = self.sharing.place.whereabouts
         body = (self.sharing.sync.log.me.life, self.agent.body.radius_m, about.sigma[0])
         held, where = self.sharing.checksum(), about.T_map_own @ message.T_odom_base
         if self.sharing.tied:
             where = self.agent.pose_map()
         beacon = self._beaconing.due(message, where, self.choosing, body, held, now)
+        effects = self._say_whom_it_saw(now)
         if beacon is None:
-            return []
+            return effects
         self.choosing.crew.hear(self.name, beacon, now)
-        return [Send("radio", EVERYONE, beacon), *self._tell(self.choosing.team_poses(now), now)]
+        poses = self._tell(self.choosing.team_poses(now), now)
+        return [*effects, Send("radio", EVERYONE, beacon), *poses]
+
+    def _say_whom_it_saw(self, now: float) -> list[Effect]:
+        """Tell the others whom the robot saw from its start, while somebody needs to know."""
+        lookout = self.sharing.place.lookout_due(now) if self.choosing.crew.seeking else None
+        return [Send("radio", EVERYONE, lookout)] if lookout else []
+
+    def _teammates(self, now: float) -> list[Standing]:
+        """Return where those are that were just heard and know their place."""
+        bodies = self.choosing.crew.bodies(now - _JUST_NOW)
+        return [Standing(*body) for name, *body in bodies if name != self.name]
 
     def _report(self, message: Message, now: float) -> list[Effect]:
         """Share what the robot saw."""
@@ -183,12 +197,15 @@ class Peer:
         source = header.source
         if not self.sharing.hears(source, now):
             self.choosing.crew.forget(source)
+            self.sharing.place.lookouts.forget(source)
             return []
         if isinstance(message, _LOG):
             return self.sharing.take(source, message, now)
         if isinstance(message, Beacon):
             if self.choosing.crew.hear(source, message, header.stamp):
                 return self._tell(self.choosing.team_poses(now), now)
+        elif isinstance(message, Lookout):
+            self.sharing.place.lookouts.hear(source, message)
         elif isinstance(message, words.TightPlace):
             return self._tell(message, now)
         return []

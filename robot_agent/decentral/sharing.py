@@ -20,9 +20,10 @@ from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
 from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
+from robot_agent.decentral.own_place import OwnPlace
 from robot_agent.decentral.own_poses import OwnPoses, moved
 from robot_agent.decentral.settings import PeerSettings
-from robot_agent.decentral.tying import Tying, Whereabouts, left_at, told_at_start
+from robot_agent.decentral.tying import Standing
 from robot_agent.decentral.unplaced import without_discs
 from robot_agent.local_mapping import LocalMapping
 
@@ -41,6 +42,7 @@ class Sharing:
 
     Attributes:
         feed: tells the map to the robot's software.
+        place: finds where the robot's own map lies in the team's.
         repositionings: when all poses were told anew, each `{t_s, robot, poses}`, (n, 3) map frame.
         home: where the robot began, (x, y) [m], map frame; None until it is known.
     """
@@ -59,15 +61,11 @@ class Sharing:
         self.feed = MapFeed(shared.view(), settings.map_period_s)
         self.home: tuple[float, float] | None = None
         self.repositionings: list[dict[str, object]] = []
+        self.place = OwnPlace(sync, settings.tying, reference, left)
         self._judge = MapFeed(shared.view(), 0.0)
         self._settings = settings
         self._coding = ScanCodingSettings(error_bound_m=settings.error_bound_m)
-        self._reference = reference
         self._own: OwnPoses | None = None
-        self._first = True
-        self._left = left
-        self._told_start = Whereabouts(Pose2(0.0, 0.0, 0.0), (0.0, 0.0))
-        self._tying = Tying(settings)
         self._told: ScanReport | None = None
         self._rows: list[int] = []  # which report each entry of this start was, from 0
         self._updated: Pose2 | None = None
@@ -87,22 +85,14 @@ class Sharing:
             first: whether it stands where it was told, and was not started anew somewhere.
         """
         self._mapping = mapping
-        self._told_start = told_at_start(joined)
-        self._first = first
-        if first and (self._reference or joined.start_sigma_m <= self._settings.tied_m):
-            self._tie(self._told_start.T_map_own)
+        self.place.begin(joined, first)
+        if self.place.T_map_own is not None:
+            self._tie(self.place.T_map_own)
 
     @property
     def tied(self) -> bool:
         """Whether the robot knows where its own map lies in the team's."""
         return self._own is not None
-
-    @property
-    def whereabouts(self) -> Whereabouts:
-        """Where the robot's own map lies in the team's, as far as it knows."""
-        if self._own is not None:
-            return Whereabouts(self._own.T_map_own, (0.0, 0.0))
-        return self._told_start if self._first else left_at(self.sync, self._left, self._told_start)
 
     def observe(self, report: ScanReport, unplaced: Sequence[float], now: float) -> None:
         """Share what the robot saw, or keep it until it knows where that was.
@@ -115,18 +105,26 @@ class Sharing:
         if unplaced:
             ranges = without_discs(scan_of(report), unplaced).ranges
             report = report.model_copy(update={"ranges": ranges})
+        self.place.see(report)
         if self._own is None:
-            self._tying.add(report)
+            self.place.wait(report, now)
             return
         self._append(report, now)
 
-    def place_due(self, now: float) -> PoseUpdate | None:
-        """Return where the robot's own map lies in the team's, if that is news to its software."""
+    def place_due(self, teammates: Sequence[Standing], now: float) -> PoseUpdate | None:
+        """Return where the robot's own map lies in the team's, if that is news to its software.
+
+        Args:
+            teammates: those who know where they are.
+            now: mission time [s].
+        """
         if now < self._next_repose - _EPSILON or self._mapping is None:
             return None
         self._next_repose = now + self._settings.repose_period_s
-        if self._own is None and self._tying.due(now):
-            self._try_to_tie(now)
+        if self.place.due(now):
+            self._find(teammates, now)
+        if self.place.mend_due(self.checksum(), now):
+            self._mend(now)
         if self._own is None:
             return None
         T_map_odom = self._own.T_map_own
@@ -258,17 +256,31 @@ class Sharing:
                 {"t_s": now, "robot": self.sync.log.me.robot, "poses": poses}
             )
 
-    def _try_to_tie(self, now: float) -> None:
-        """Look whether what the robot saw fits what was seen around there before."""
+    def _find(self, teammates: Sequence[Standing], now: float) -> None:
+        """Look where the robot's own map lies in the team's; share what it saw once it knows."""
         self.follow(now)
-        scans = self.shared.scans(self.sync.log.me, len(self._kept))
-        resolution = self.shared.team.resolution
-        T_map_own = self._tying.attempt(scans, self.whereabouts, resolution, now)
-        if T_map_own is None:
-            return
-        self._tie(T_map_own)
-        for report in self._tying.take():
+        others = list(self.shared.scans(self.sync.log.me, len(self._kept)))
+        waited = self.place.find(others, teammates, self.shared.team.resolution, now)
+        if self.place.T_map_own is not None:
+            self._tie(self.place.T_map_own)
+        for report in waited:
             self._append(report, now)
+
+    def _mend(self, now: float) -> None:
+        """Look whether all that the robot saw fits what those saw whose names come before its."""
+        self.follow(now)
+        assert self._own is not None
+        me, T_own_map = self.sync.log.me, self._own.T_map_own.inverse()
+        placed = list(self.shared.team.placed())
+        own = [
+            (p.scan, T_own_map @ p.T_map_base)
+            for p in placed
+            if p.author == me and p.number > len(self._kept)
+        ]
+        others = [(p.scan, p.T_map_base) for p in placed if p.author[0] < me.robot]
+        if self.place.mend(own, others, self.shared.team.resolution, now):
+            assert self.place.T_map_own is not None
+            self._tie(self.place.T_map_own)
 
 
 def own_table(sync: LogSync) -> PoseTable:

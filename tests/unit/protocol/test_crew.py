@@ -50,3 +50,21 @@ def test_the_newest_word_of_each_counts_in_whatever_order_it_comes(
     assert crew.stamps == newest
     assert {name: heard.T_map_base.x for name, heard in crew.beacons.items()} == newest
     assert crew.heard_within(3.0, 9.0) == sorted(n for n, t in newest.items() if 9 - t <= 3)
+
+
+def test_who_tells_an_error_seeks_its_place() -> None:
+    crew = Crew()
+    assert not crew.seeking
+    crew.hear("ada", beacon(sigma_m=0.0), 1.0)
+    assert not crew.seeking
+    crew.hear("bob", beacon(sigma_m=0.2), 1.0)
+    assert crew.seeking
+
+
+def test_bodies_are_of_those_that_were_just_heard_and_know_their_place() -> None:
+    crew = Crew()
+    crew.hear("cy", beacon(3.0), 2.0)
+    crew.hear("bob", beacon(2.0, sigma_m=0.5), 2.0)
+    crew.hear("ada", beacon(1.0, radius_m=0.3), 1.0)
+    assert crew.bodies(1.0) == [("ada", 1.0, 0.0, 0.3), ("cy", 3.0, 0.0, 0.25)]
+    assert [name for name, *_ in crew.bodies(1.5)] == ["cy"]

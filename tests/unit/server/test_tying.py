@@ -7,9 +7,10 @@ import pytest
 
 from mapping.geometry import IDENTITY, Pose2
 from mapping.motion_model import MotionModel
-from server.mutual_sightings import MutualSightings
+from mapping.mutual_sightings import MutualSightings
+from mapping.placed_by_sight import seen_by_others
 from server.placing import Member
-from server.tying import guesses, seen_by_others
+from server.tying import guesses
 
 STARTS = {"a": Pose2(0.0, 0.0, 0.0), "b": Pose2(1.0, 0.2, 0.3), "c": Pose2(2.2, -0.1, -0.2)}
 SEES = {"a": "b", "b": "ac", "c": "b"}

@@ -85,7 +85,7 @@ def poses_of(robot: Robot) -> list[Pose2]:
 )
 def test_who_knows_where_it_is_from_the_start(reference: bool, sigma: float, tied: bool) -> None:
     robot = Robot(reference, sigma)
-    assert robot.sharing.place_due(0.0) is None  # it has no body yet
+    assert robot.sharing.place_due((), 0.0) is None  # it has no body yet
     robot.begin()
     assert robot.sharing.tied == tied
     assert robot.sharing.home == ((0.0, 0.0) if tied else None)
@@ -117,10 +117,10 @@ def test_observations_are_placed_in_the_teams_map_and_told() -> None:
 def test_its_software_is_told_where_its_map_lies_when_that_is_news() -> None:
     robot = Robot(repose_period_s=0.5)
     robot.begin()
-    told = robot.sharing.place_due(0.0)
+    told = robot.sharing.place_due((), 0.0)
     assert told is not None and told.matched and told.T_map_odom == T_MAP_OWN
-    assert robot.sharing.place_due(0.4) is None
-    assert robot.sharing.place_due(0.6) is None
+    assert robot.sharing.place_due((), 0.4) is None
+    assert robot.sharing.place_due((), 0.6) is None
     assert robot.sharing.next_deadline() <= 1.1
 
 
@@ -129,10 +129,10 @@ def test_poses_that_turn_out_otherwise_are_told_anew() -> None:
     robot.begin()
     for _ in range(3):
         robot.look(Pose2(0.1, 0.0, 0.0))
-    robot.sharing.place_due(3.0)
+    robot.sharing.place_due((), 3.0)
     assert robot.sharing.repositionings == []
     robot.mapping.shift = 0.3
-    update = robot.sharing.place_due(4.0)
+    update = robot.sharing.place_due((), 4.0)
     assert update is not None
     assert update.T_map_odom.distance_to(T_MAP_OWN @ Pose2(0.3, 0.0, 0.0)) < 0.01
     assert robot.sharing.repositionings == []
@@ -163,7 +163,7 @@ def test_what_it_saw_waits_until_it_fits_what_the_others_saw() -> None:
     robot.begin()
     robot.look()
     robot.look(Pose2(0.1, 0.0, 0.1))
-    assert robot.sharing.place_due(2.0) is None
+    assert robot.sharing.place_due((), 2.0) is None
     assert robot.sharing.sync.log.own.count == 0
     robot.sharing.take("bob", message_of(*SEEN), 2.5)
     placed = tied(robot)
@@ -176,12 +176,12 @@ def test_what_it_saw_waits_until_it_fits_what_the_others_saw() -> None:
 
 
 def test_a_poor_fit_is_none() -> None:
-    for settings in ({"align_points": 10_000}, {"align_sigma_m": 1e-6}):
-        robot = Robot(reference=False, sigma=0.5, **settings)
+    for settings in ({"points": 10_000}, {"sigma_m": 1e-6}):
+        robot = Robot(reference=False, sigma=0.5, tying=settings)
         robot.begin()
         robot.look()
         robot.sharing.take("bob", message_of(*SEEN[:3]), 2.5)
-        assert robot.sharing.place_due(3.0) is None
+        assert robot.sharing.place_due((), 3.0) is None
         assert not robot.sharing.tied
 
 
@@ -202,7 +202,7 @@ def tied(robot: Robot) -> PoseUpdate:
     """Let a robot turn until it knows where it is; a place is believed that comes again."""
     for _ in range(12):
         robot.look(Pose2(0.0, 0.0, 0.5))
-        placed = robot.sharing.place_due(robot.now + 1.0)
+        placed = robot.sharing.place_due((), robot.now + 1.0)
         if placed is not None:
             return placed
     raise AssertionError("it never found its place")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mapping.geometry import IDENTITY, Pose2
-from server.mutual_sightings import MutualSightings
+from mapping.mutual_sightings import MutualSightings
 
 NONE = np.zeros((3, 3))
 
