@@ -22,7 +22,7 @@ def match_together(
     map_: MatchMap,
     seen: Sequence[tuple[LaserScan, Pose2]],
     guess: Guess,
-    window: SearchWindow | None,
+    window: SearchWindow,
     most: int | None = None,
 ) -> list[MatchResult]:
     """Return where the robot was at its last scan, the most likely place first.
@@ -31,7 +31,7 @@ def match_together(
         map_: the map.
         seen: scans and their poses in the robot's own map; at least one.
         guess: where its own map may lie.
-        window: how far around that to search; None: not at all, the guess is good.
+        window: how far around that to search.
         most: about so many end points take part; None for all. Scans from one spot share their
             errors, so that many make a match surer of itself than it may be.
     """

@@ -27,10 +27,10 @@ Placed = tuple[LaserScan, Pose2]
 # The others' scans from farther away than this do not show where the robot is [m].
 _NEAR = 12.0
 _SCANS_MOST = 150
-# Own scans take part that were made within this of the last one [m].
-_TOGETHER = 1.0
+# Own scans take part that were made within this of the first one [m].
+_TOGETHER = 8.0
 # So many of these take part, and about so many end points of them all in the search.
-_OWN_MOST = 8
+_OWN_MOST = 12
 _POINTS_MOST = 400
 # So many separate places are compared: one of many that look alike is no place at all.
 _MATCHING = MatchSettings(search=SearchSettings(candidates=8))
@@ -78,7 +78,7 @@ def map_of(scans: Sequence[Placed], resolution: float, most: int = _SCANS_MOST) 
 def align(around: MatchMap, own: Sequence[Placed], guess: Guess) -> Fit | None:
     """Return where the robot's own map lies in a map of the others, None with nothing to tell.
 
-    What all scans made near the last one show together is searched for: one scan alone fits in many
+    What scans made around the first one show together is searched for: one scan alone fits in many
     places along a corridor.
 
     Args:
@@ -88,24 +88,23 @@ def align(around: MatchMap, own: Sequence[Placed], guess: Guess) -> Fit | None:
     """
     if around.scans == 0:
         return None
-    T_own_last = own[-1][1]
-    near = [(s, pose) for s, pose in own if pose.distance_to(T_own_last) <= _TOGETHER][-_OWN_MOST:]
-    return lay(around, near, guess)
+    T_own_first = own[0][1]
+    near = [(s, pose) for s, pose in own if pose.distance_to(T_own_first) <= _TOGETHER]
+    # What was seen first comes last: guesses are of where the robot began.
+    return lay(around, near[:: max(1, math.ceil(len(near) / _OWN_MOST))][::-1], guess)
 
 
-def lay(around: MatchMap, own: Sequence[Placed], guess: Guess, search: bool = True) -> Fit:
-    """Lay what a robot saw onto a map, all of it together.
+def lay(around: MatchMap, own: Sequence[Placed], guess: Guess) -> Fit:
+    """Lay what a robot saw onto a map, all of it together, within three sigmas of a guess.
 
     Args:
         around: the map; not empty.
         own: scans and their poses in the robot's own map; at least one. The last was made about
             where the guess counts.
         guess: where its map is thought to lie.
-        search: whether to look in a window of three standard deviations around the guess; else it
-            is a good one.
     """
     place, turn = guess.sigmas
-    window = SearchWindow(3.0 * place, min(3.0 * turn, math.pi)) if search else None
+    window = SearchWindow(3.0 * place, min(3.0 * turn, math.pi))
     places = match_together(around, own, guess, window, _POINTS_MOST)
     found = places[0]
     T_map_own = found.T_map_base @ own[-1][1].inverse()

@@ -104,7 +104,7 @@ class Mending:
         settings = self._settings
         place, turn = settings.mend_sigma_m, math.radians(settings.mend_sigma_deg)
         guess = Guess(thought.T_map_own, np.diag([place**2, place**2, turn**2]), seen=True)
-        fit = lay(around, met, guess, search=False)
+        fit = lay(around, met, guess)
         least = settings.mend_m, math.radians(settings.mend_deg)
         if fit.share < thought.share - _AS_WELL or not fit.T_map_own.moved(
             thought.T_map_own, *least

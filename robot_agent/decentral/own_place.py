@@ -62,6 +62,11 @@ class OwnPlace:
             self.T_map_own = self._told.T_map_own
 
     @property
+    def uncertain(self) -> bool:
+        """Whether starts are told with errors that count, this robot's or not."""
+        return self._errors[0] > self._settings.start_m
+
+    @property
     def whereabouts(self) -> Whereabouts:
         """Where the robot's own map lies in the team's, as far as it knows."""
         if self.T_map_own is not None:
@@ -83,17 +88,37 @@ class OwnPlace:
         self._since = now if self._since is None else self._since
         self._tying.add(report)
 
+    @property
+    def waiting(self) -> list[ScanReport]:
+        """What the robot saw that waits until it knows where that was."""
+        return self._tying.waiting
+
+    def alone_due(self, now: float) -> bool:
+        """Whether it waited so long that it had better explore on its own."""
+        unknown = self.T_map_own is None and self._since is not None
+        return unknown and now - (self._since or 0.0) >= self._settings.alone_s
+
     def lookout_due(self, now: float) -> Lookout | None:
         """Return whom the robot saw from its start, for the others, if it is time."""
         frame = Frame(self.whereabouts.T_map_own, self._errors, self.T_map_own is not None)
         return self.lookouts.due(frame, self._sync.log.me.life, now)
 
-    def due(self, now: float) -> bool:
-        """Whether it is time to look anew where the robot's own map lies."""
-        return self.T_map_own is None and self._tying.due(now)
+    def due(self, held: int, now: float) -> bool:
+        """Whether it is time to look anew where the robot's own map lies.
+
+        Args:
+            held: checksum of all that the robot holds.
+            now: mission time [s].
+        """
+        return self.T_map_own is None and self._tying.due(held, now)
 
     def find(
-        self, scans: Sequence[Placed], teammates: Sequence[Standing], resolution: float, now: float
+        self,
+        scans: Sequence[Placed],
+        teammates: Sequence[Standing],
+        resolution: float,
+        held: int,
+        now: float,
     ) -> list[ScanReport]:
         """Look whether what the robot saw fits what was seen around there before.
 
@@ -101,13 +126,14 @@ class OwnPlace:
             scans: what others saw, and where, map frame.
             teammates: those who know where they are.
             resolution: edge of a cell to match with [m].
+            held: checksum of all that the robot holds.
             now: mission time [s].
 
         Returns:
             All that waited, if the robot knows now where that was.
         """
         guesses = self.guesses(now)
-        self.T_map_own = self._tying.attempt(scans, guesses, teammates, resolution, now)
+        self.T_map_own = self._tying.attempt(scans, guesses, teammates, resolution, held, now)
         return [] if self.T_map_own is None else self._tying.take()
 
     def guesses(self, now: float) -> Iterator[Guess]:

@@ -28,6 +28,7 @@ from robot_agent.decentral.sharing import Sharing
 from robot_agent.decentral.tying import Standing
 
 _JUST_NOW = 3.0  # [s]; whoever was heard since is about where it said
+_SEVERAL = 2  # it and one other
 _LOG = (Observations, PoseSet, LogHave, LogWant)
 
 
@@ -92,6 +93,7 @@ class Peer:
         effects = self._carry_out(self.agent.handle(event, now), now)
         if isinstance(event.message, Joined) and self.agent.mapping is not None:
             self.sharing.begin(event.message, self.agent.mapping, self.life == 0)
+            self._note_unplaced()
         return effects
 
     def tick(self, now: float) -> list[Effect]:
@@ -109,8 +111,10 @@ class Peer:
         placed = self.sharing.place_due(self._teammates(now), now)
         if self.sharing.tied and not was_tied:
             effects.append(Note("info", f"knows where it is at {now:.1f} s"))
-        if placed is not None:
-            effects += self._tell(placed, now)
+        turned = self.sharing.turned()
+        effects += [] if turned is None else self._tell(turned, now)
+        effects += [] if placed is None else self._tell(placed, now)
+        self.choosing.lost = not self.sharing.tied
         return [*effects, *self._decide(now)]
 
     def keep(self) -> bytes:
@@ -149,6 +153,7 @@ class Peer:
             where = self.agent.pose_map()
         beacon = self._beaconing.due(message, where, self.choosing, body, held, now)
         effects = self._say_whom_it_saw(now)
+        self._note_unplaced()
         if beacon is None:
             return effects
         self.choosing.crew.hear(self.name, beacon, now)
@@ -160,6 +165,12 @@ class Peer:
         lookout = self.sharing.place.lookout_due(now) if self.choosing.crew.seeking else None
         return [Send("radio", EVERYONE, lookout)] if lookout else []
 
+    def _note_unplaced(self) -> None:
+        """Let the robot's software know which teammates may be anywhere: at first, all."""
+        crew, place = self.choosing.crew, self.sharing.place
+        unsure = not self.sharing.tied or (place.uncertain and len(crew.beacons) < _SEVERAL)
+        self.agent.unplaced = (self.agent.body.radius_m,) if unsure else crew.unplaced
+
     def _teammates(self, now: float) -> list[Standing]:
         """Return where those are that were just heard and know their place."""
         bodies = self.choosing.crew.bodies(now - _JUST_NOW)
@@ -168,9 +179,7 @@ class Peer:
     def _report(self, message: Message, now: float) -> list[Effect]:
         """Share what the robot saw."""
         assert isinstance(message, words.ScanReport)
-        radius = self.agent.body.radius_m
-        radii = self.choosing.crew.unplaced if self.sharing.tied else (radius,)
-        self.sharing.observe(message, radii, now)
+        self.sharing.observe(message, now)
         return self._tell(words.ReportsReceived(number=message.number), now)
 
     def _bid(self, message: Message, now: float) -> list[Effect]:

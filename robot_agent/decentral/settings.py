@@ -47,6 +47,9 @@ class TyingSettings(_Settings):
     they did need be known to `sight_sigma_m` only; after `sight_tries` tries it counts without
     walls, unless a smaller share than `wrong_fit` of the end points fits.
 
+    One that does not know its place after `alone_s` explores by its own map, and shares all that it
+    saw when it knows.
+
     Once it knows, it looks whether all that it saw where others were fits what these saw: after
     `mend_period_s`, and ever more seldom, to `mend_period_most_s`, while all is well. A place that
     is off by `mend_m` or `mend_deg`, with errors of about `mend_sigma_m` and `mend_sigma_deg`, is
@@ -67,6 +70,7 @@ class TyingSettings(_Settings):
     sight_sigma_m: Positive = 0.1
     sight_tries: Annotated[int, Field(ge=1)] = 8
     wrong_fit: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
+    alone_s: Positive = 30.0
     mend_period_s: Positive = 5.0
     mend_period_most_s: Positive = 60.0
     mend_m: Positive = 0.03

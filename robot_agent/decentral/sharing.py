@@ -20,11 +20,11 @@ from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
 from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
+from robot_agent.decentral.alone import OwnMap
 from robot_agent.decentral.own_place import OwnPlace
 from robot_agent.decentral.own_poses import OwnPoses, moved
 from robot_agent.decentral.settings import PeerSettings
 from robot_agent.decentral.tying import Standing
-from robot_agent.decentral.unplaced import without_discs
 from robot_agent.local_mapping import LocalMapping
 
 _EPSILON = 1e-9
@@ -66,6 +66,8 @@ class Sharing:
         self._settings = settings
         self._coding = ScanCodingSettings(error_bound_m=settings.error_bound_m)
         self._own: OwnPoses | None = None
+        self._alone: OwnMap | None = None
+        self._turned: MapSnapshot | None = None
         self._told: ScanReport | None = None
         self._rows: list[int] = []  # which report each entry of this start was, from 0
         self._updated: Pose2 | None = None
@@ -94,22 +96,20 @@ class Sharing:
         """Whether the robot knows where its own map lies in the team's."""
         return self._own is not None
 
-    def observe(self, report: ScanReport, unplaced: Sequence[float], now: float) -> None:
+    def observe(self, report: ScanReport, now: float) -> None:
         """Share what the robot saw, or keep it until it knows where that was.
 
         Args:
             report: of a scan.
-            unplaced: radii [m] of teammates that may be anywhere: they are not to become walls.
             now: mission time [s].
         """
-        if unplaced:
-            ranges = without_discs(scan_of(report), unplaced).ranges
-            report = report.model_copy(update={"ranges": ranges})
         self.place.see(report)
-        if self._own is None:
-            self.place.wait(report, now)
+        if self._own is not None:
+            self._append(report, now)
             return
-        self._append(report, now)
+        self.place.wait(report, now)
+        if self._alone is not None:
+            self._alone.observe(report)
 
     def place_due(self, teammates: Sequence[Standing], now: float) -> PoseUpdate | None:
         """Return where the robot's own map lies in the team's, if that is news to its software.
@@ -121,12 +121,12 @@ class Sharing:
         if now < self._next_repose - _EPSILON or self._mapping is None:
             return None
         self._next_repose = now + self._settings.repose_period_s
-        if self.place.due(now):
+        if self.place.due(self.checksum(), now):
             self._find(teammates, now)
         if self.place.mend_due(self.checksum(), now):
             self._mend(now)
         if self._own is None:
-            return None
+            return self._go_alone(now)
         T_map_odom = self._own.T_map_own
         if self._told is not None:
             poses_own = self._mapping.reported_poses()[self._rows]
@@ -189,6 +189,11 @@ class Sharing:
         self.follow(now)
         return self.feed.delta_due(now)
 
+    def turned(self) -> MapSnapshot | None:
+        """Return the map that its software drives by, if it is another one since the last call."""
+        turned, self._turned = self._turned, None
+        return turned
+
     def told_judge(self, have: int) -> MapSnapshot | MapDelta | None:
         """Return the map for somebody who has it as of number `have`."""
         if have == 0 or have != self._judge.number:
@@ -209,6 +214,8 @@ class Sharing:
     def _tie(self, T_map_own: Pose2) -> None:
         """The robot knows where its own map lies in the team's."""
         self._own = OwnPoses(self._kept, T_map_own)
+        if self._alone is not None:
+            self._alone, self._turned = None, self.feed.turn_to(self.shared.view())
         first = self._first_pose() or T_map_own
         self.home = (first.x, first.y)
 
@@ -256,11 +263,22 @@ class Sharing:
                 {"t_s": now, "robot": self.sync.log.me.robot, "poses": poses}
             )
 
+    def _go_alone(self, now: float) -> PoseUpdate | None:
+        """Let the robot's software explore by its own map, when it waited for long."""
+        if self._alone is not None or not self.place.alone_due(now):
+            return None
+        T_map_own = self.place.whereabouts.T_map_own
+        self._alone = OwnMap(T_map_own, self.place.waiting, self.shared.team)
+        self._turned = self.feed.turn_to(self._alone.view)
+        return PoseUpdate(number=0, T_map_odom=T_map_own, uncertainty_m=0.0, matched=True)
+
     def _find(self, teammates: Sequence[Standing], now: float) -> None:
         """Look where the robot's own map lies in the team's; share what it saw once it knows."""
         self.follow(now)
         others = list(self.shared.scans(self.sync.log.me, len(self._kept)))
-        waited = self.place.find(others, teammates, self.shared.team.resolution, now)
+        waited = self.place.find(
+            others, teammates, self.shared.team.resolution, self.checksum(), now
+        )
         if self.place.T_map_own is not None:
             self._tie(self.place.T_map_own)
         for report in waited:

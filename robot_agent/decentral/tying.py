@@ -33,7 +33,8 @@ _AGREED = (0.1, math.radians(2.0))
 # Starts are off by no more than so much, that of the robot and that of the reference: both together
 # are to be three standard deviations.
 _BOTH = 2.0 / 3.0
-_HELD_MOST = 200  # observations
+_NO_NEWS = 10.0  # [s]; so long nothing new comes: then what there is must do
+_HELD_MOST = 2000  # observations
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,19 +137,30 @@ class Tying:
         self.waiting: list[ScanReport] = []
         self.doubts: tuple[str, ...] = ()
         self._settings = settings
-        self._tried = 0  # the number of the newest report at the last try
+        self._tried = (0, 0)  # number of the newest report, and what was held, at the last try
         self._next = 0.0
         self._found: Pose2 | None = None  # by the last try
         self._unopposed = 0  # so many tries in a row spoke neither for nor against what was seen
 
     def add(self, report: ScanReport) -> None:
         """Keep what the robot saw."""
-        self.waiting = [*self.waiting, report][-_HELD_MOST:]
+        if len(self.waiting) < _HELD_MOST:
+            self.waiting.append(report)
 
-    def due(self, now: float) -> bool:
-        """Whether there is something new to try with, and the last try is some time ago."""
-        seen = len(self.waiting) >= self._settings.scans
-        news = seen and self.waiting[-1].number > self._tried
+    def due(self, held: int, now: float) -> bool:
+        """Whether there is something new to try with, and the last try is some time ago.
+
+        A place that was found once is looked at again also if nothing new comes for long.
+
+        Args:
+            held: checksum of what others saw, as far as it is held.
+            now: mission time [s].
+        """
+        if len(self.waiting) < self._settings.scans:
+            return False
+        if self._found is not None and now >= self._next + _NO_NEWS:
+            return True
+        news = (self.waiting[-1].number, held) != self._tried
         return news and now >= self._next - _EPSILON
 
     def attempt(
@@ -157,6 +169,7 @@ class Tying:
         guesses: Iterable[Guess],
         teammates: Sequence[Standing],
         resolution: float,
+        held: int,
         now: float,
     ) -> Pose2 | None:
         """Return where the robot's own map lies, None if what it saw does not surely fit anywhere.
@@ -170,14 +183,15 @@ class Tying:
             guesses: where the robot's own map may lie, the surest first.
             teammates: those who know where they are.
             resolution: edge of a cell to match with [m].
+            held: checksum of what is held of others.
             now: mission time [s].
         """
         settings = self._settings
-        self._tried, self._next = self.waiting[-1].number, now + settings.period_s
+        self._tried, self._next = (self.waiting[-1].number, held), now + settings.period_s
         own = [(scan_of(report), report.T_odom_base) for report in self.waiting]
-        T_own_base = own[-1][1]
+        T_own_first, T_own_base = own[0][1], own[-1][1]
         for guess in guesses:
-            around = map_around(scans, guess.T_map_odom @ T_own_base, resolution)
+            around = map_around(scans, guess.T_map_odom @ T_own_first, resolution)
             fit = align(around, own, guess)
             if fit is not None:
                 taken = is_taken(fit.T_map_own @ T_own_base, teammates)

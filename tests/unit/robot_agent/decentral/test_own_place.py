@@ -40,7 +40,7 @@ def test_the_first_is_where_it_was_told_by_definition() -> None:
     place = placed(reference=True, start=TRUE)
     assert place.T_map_own == TRUE
     assert place.whereabouts.sigma == (0.0, 0.0)
-    assert not place.due(9.0)
+    assert not place.due(1, 9.0)
     assert not place.mend_due(1, 9.0)  # nobody is before it
     assert not placed(reference=True, first=False).T_map_own
 
@@ -52,11 +52,11 @@ def test_what_it_was_told_counts_after_it_waited_for_others_to_see_it() -> None:
     assert list(place.guesses(SETTINGS.sight_wait_s)) == []
     (guess,) = place.guesses(SETTINGS.sight_wait_s + 1.0)
     assert not guess.seen
-    assert place.find(OTHERS, (), 0.1, 20.0) == []
-    assert place.due(22.0) is False
+    assert place.find(OTHERS, (), 0.1, 1, 20.0) == []
+    assert place.due(1, 22.0) is False
     turns(place, first=7)
-    assert place.due(22.0)
-    assert len(place.find(OTHERS, (), 0.1, 22.0)) == 12
+    assert place.due(1, 22.0)
+    assert len(place.find(OTHERS, (), 0.1, 1, 22.0)) == 12
     assert place.T_map_own is not None and place.T_map_own.distance_to(TRUE) < 0.05
     assert place.whereabouts.T_map_own == place.T_map_own
 

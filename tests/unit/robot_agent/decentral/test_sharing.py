@@ -68,7 +68,7 @@ class Robot:
         T_wheel_base = T_MAP_OWN.inverse() @ self._T_map_base
         self.mapping.take(scan_in(ROOM, self._T_map_base, self.now), T_wheel_base)
         report = self.mapping.report()
-        self.sharing.observe(report, (), self.now)
+        self.sharing.observe(report, self.now)
         return report
 
 

@@ -91,7 +91,7 @@ def tries(
     """What the last of some tries finds."""
     found = None
     for k in range(count):
-        found = tying.attempt(scans, guesses, mates, 0.1, float(k))
+        found = tying.attempt(scans, guesses, mates, 0.1, 7, float(k))
     return found
 
 
@@ -165,16 +165,24 @@ def test_one_started_anew_is_where_it_wrote_down_that_it_was() -> None:
 
 def test_it_looks_when_there_is_something_new_and_not_too_often() -> None:
     tying = looked(ROOM, SEEN[1], SETTINGS.scans - 1)
-    assert not tying.due(5.0)
+    assert not tying.due(7, 5.0)
     tying.add(report(9, ROOM, SEEN[1], SEEN[1]))
-    assert tying.due(5.0)
-    tries(tying, seen(ROOM, *SEEN), told(SEEN[1]))
-    assert not tying.due(9.0)  # nothing new
+    assert tying.due(7, 5.0)
+    tries(tying, [], told(SEEN[1]))
+    assert not tying.due(7, 99.0)  # nothing new
+    assert tying.due(8, 9.0)  # others saw something
     tying.add(report(10, ROOM, SEEN[1], SEEN[1]))
-    assert not tying.due(1.5)
-    assert tying.due(2.0)
+    assert not tying.due(7, 1.5)
+    assert tying.due(7, 2.0)
     assert [r.number for r in tying.take()] == [1, 2, 3, 9, 10]
     assert tying.waiting == []
+
+
+def test_where_it_was_found_once_it_looks_again_though_nothing_new_comes() -> None:
+    tying = looked(ROOM, SEEN[1])
+    tries(tying, seen(ROOM, *SEEN), told(SEEN[1]), count=1)
+    assert not tying.due(7, 5.0)
+    assert tying.due(7, 12.0)
 
 
 def test_a_place_counts_that_comes_again() -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from mapping.geometry import IDENTITY, Floats
 from mapping.scan import LaserScan
-from robot_agent.decentral.unplaced import without_discs
+from robot_agent.unplaced import without_discs
 from sim_world.raycast import cast_discs
 
 STEP = math.radians(1.0)
