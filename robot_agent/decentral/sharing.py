@@ -22,7 +22,7 @@ from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
 from robot_agent.decentral.alone import OwnMap
 from robot_agent.decentral.own_place import OwnPlace
-from robot_agent.decentral.own_poses import OwnPoses, moved
+from robot_agent.decentral.own_poses import OwnPoses, first_pose, moved, own_table
 from robot_agent.decentral.settings import PeerSettings
 from robot_agent.decentral.tying import Standing
 from robot_agent.local_mapping import LocalMapping
@@ -216,16 +216,8 @@ class Sharing:
         self._own = OwnPoses(self._kept, T_map_own)
         if self._alone is not None:
             self._alone, self._turned = None, self.feed.turn_to(self.shared.view())
-        first = self._first_pose() or T_map_own
+        first = first_pose(self.sync) or T_map_own
         self.home = (first.x, first.y)
-
-    def _first_pose(self) -> Pose2 | None:
-        """Return where the robot was when it wrote its very first entry, None if none is held."""
-        for author in self.sync.log.authors():
-            log = self.sync.log.of(author)
-            if author.robot == self.sync.log.me.robot and 1 in log.entries:
-                return pose_of(log.pose(1))
-        return None
 
     def _begin_life(self, now: float) -> None:
         """Others hold more of this life than the robot wrote down: it goes on in a new one."""
@@ -287,22 +279,16 @@ class Sharing:
     def _mend(self, now: float) -> None:
         """Look whether all that the robot saw fits what those saw whose names come before its."""
         self.follow(now)
-        assert self._own is not None
-        me, T_own_map = self.sync.log.me, self._own.T_map_own.inverse()
+        assert self._mapping is not None
+        me, kept = self.sync.log.me, len(self._kept)
+        poses_own = self._mapping.reported_poses()[self._rows]
         placed = list(self.shared.team.placed())
         own = [
-            (p.scan, T_own_map @ p.T_map_base)
+            (p.scan, pose_from(poses_own[p.number - kept - 1]))
             for p in placed
-            if p.author == me and p.number > len(self._kept)
+            if p.author == me and p.number > kept
         ]
         others = [(p.scan, p.T_map_base) for p in placed if p.author[0] < me.robot]
         if self.place.mend(own, others, self.shared.team.resolution, now):
             assert self.place.T_map_own is not None
             self._tie(self.place.T_map_own)
-
-
-def own_table(sync: LogSync) -> PoseTable:
-    """Return the poses of a robot's own entries as they were told, (n, 3) int32 in steps."""
-    own = sync.log.own
-    rows = [own.pose(number) for number in range(1, own.count + 1)]
-    return np.array(rows, dtype=np.int32).reshape(-1, 3)

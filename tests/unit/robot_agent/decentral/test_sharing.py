@@ -14,7 +14,8 @@ from protocol.log.pose_coding import pose_of, pose_steps
 from protocol.messages import MapSnapshot, PoseUpdate, ScanReport
 from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
-from robot_agent.decentral.sharing import Sharing, own_table
+from robot_agent.decentral.own_poses import own_table
+from robot_agent.decentral.sharing import Sharing
 from robot_agent.local_mapping import LocalMapping
 from robot_agent.settings import LocalMapSettings
 from tests.unit.robot_agent.decentral.peer_rig import ROOM, seen_by, sharing_of, sync_of
@@ -196,6 +197,24 @@ def test_one_that_was_started_anew_looks_where_it_was_seen_last() -> None:
     robot.begin()
     assert not robot.sharing.tied
     assert tied(robot).T_map_odom.distance_to(T_MAP_OWN) < 0.08
+
+
+def test_a_tie_that_is_a_little_off_is_mended_and_all_poses_are_told_anew() -> None:
+    robot = Robot(reference=False, sigma=0.5)
+    robot.begin()
+    robot.sharing.take("bob", message_of(*SEEN), 0.5)
+    true = tied(robot).T_map_odom
+    off = true @ Pose2(0.06, 0.0, 0.02)
+    robot.sharing.place.T_map_own = off
+    robot.sharing._tie(off)
+    for _ in range(4):
+        robot.look(Pose2(0.05, 0.0, 0.4))
+    placed = robot.sharing.place_due((), robot.now + 20.0)
+    assert placed is not None and placed.T_map_odom.distance_to(true) < 0.04
+    robot.sharing.tick(robot.now + 30.0)
+    assert robot.sharing.sync.log.own.version >= 1
+    last = poses_of(robot)[-1]
+    assert last.distance_to(robot._T_map_base) < 0.04
 
 
 def tied(robot: Robot) -> PoseUpdate:
