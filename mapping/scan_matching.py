@@ -71,7 +71,7 @@ class MatchResult:
     iterations: int
 
 
-def match(
+def matches(
     grid: OccupancyGrid,
     surfaces: SurfaceMap,
     points_base: Floats,
@@ -80,8 +80,10 @@ def match(
     settings: MatchSettings,
     window: SearchWindow | None = None,
     laser_base: tuple[float, float] | None = None,
-) -> MatchResult:
-    """Return the most likely pose of a scan near a guess.
+) -> list[MatchResult]:
+    """Return the poses at which a scan fits near a guess, the most likely first.
+
+    Those that the search starts from lie apart; the ascents from two of them may end at the same.
 
     Args:
         grid: the map so far.
@@ -116,7 +118,23 @@ def match(
         )
         for start in starts
     ]
-    return max(results, key=lambda result: result.value)
+    return sorted(results, key=lambda result: -result.value)
+
+
+def match(
+    grid: OccupancyGrid,
+    surfaces: SurfaceMap,
+    points_base: Floats,
+    T_map_guess: Pose2,
+    prior_covariance: Floats,
+    settings: MatchSettings,
+    window: SearchWindow | None = None,
+    laser_base: tuple[float, float] | None = None,
+) -> MatchResult:
+    """Return the most likely pose of a scan near a guess; for the arguments see `matches`."""
+    return matches(
+        grid, surfaces, points_base, T_map_guess, prior_covariance, settings, window, laser_base
+    )[0]
 
 
 def _ascend_from(

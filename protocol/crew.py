@@ -51,6 +51,23 @@ class Crew:
         radii = {b.radius_m: None for b in self.beacons.values() if b.sigma_m > PLACED_M}
         return tuple(sorted(radii))
 
+    @property
+    def seeking(self) -> bool:
+        """Whether somebody does not know its place yet: who does tells no error."""
+        return any(beacon.sigma_m > 0.0 for beacon in self.beacons.values())
+
+    def bodies(self, since: float) -> list[tuple[str, float, float, float]]:
+        """Return where those stand that know their place: name, x, y and radius [m], map frame.
+
+        Args:
+            since: of whom nothing was heard after this [s] may be anywhere, and is left out.
+        """
+        return [
+            (name, beacon.T_map_base.x, beacon.T_map_base.y, beacon.radius_m)
+            for name, beacon in sorted(self.beacons.items())
+            if beacon.sigma_m <= PLACED_M and self.stamps[name] >= since
+        ]
+
     def forget(self, name: str) -> None:
         """Forget a member that is not listened to any more."""
         self.beacons.pop(name, None)

@@ -36,7 +36,7 @@ from protocol.operator_messages import (
     StopRequest,
     VisitRequest,
 )
-from protocol.peer_messages import Beacon, Presence
+from protocol.peer_messages import Beacon, Lookout, Presence
 
 FleetMessage = Annotated[
     Hello
@@ -69,6 +69,7 @@ FleetMessage = Annotated[
     | LogHave
     | LogWant
     | Beacon
-    | Presence,
+    | Presence
+    | Lookout,
     Field(discriminator="type"),
 ]

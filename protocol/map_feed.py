@@ -76,6 +76,13 @@ class MapFeed:
             cells=pack_cells(log_odds),
         )
 
+    def turn_to(self, source: MapSource) -> MapSnapshot:
+        """Tell another map from now on; return the whole of it, in place of the one before."""
+        self._source = source
+        source.take_changes()
+        self.number += 1
+        return self.snapshot()
+
     def snapshot(self) -> MapSnapshot:
         """Return the whole map as told so far and the changes since."""
         geometry = self._source.geometry

@@ -10,10 +10,12 @@ import numpy.typing as npt
 from pydantic import AfterValidator, Field
 
 from mapping.geometry import Pose2
-from protocol.fields import Coordinate, Count, Points, PoseField
+from protocol.fields import ArrayField, Coordinate, Count, NotNegative, Points, PoseField
+from protocol.messages import Message
 from protocol.packing import PackedMessage, Packer, Unpacker
 
 POINTS_IN_BEACON = 64
+DISCS_IN_LOOKOUT = 32
 _FARTHEST = 10_000.0  # [m]; paths are told up to there
 _STRAIGHT_ON = 31_415  # the largest whole tenth of a milliradian below pi
 _FLAGS = ("busy", "idle", "through")
@@ -139,3 +141,26 @@ class Presence(PackedMessage):
         """Return the fields that `packed` made these bytes of."""
         Unpacker(data).end()
         return {}
+
+
+class Lookout(Message):
+    """What I saw of the others from where I started: for those who must find out where they are.
+
+    Broadcast again and again while somebody does not know its place. `discs_own` (k, 2) [m] is
+    where I saw discs of a teammate's size, and `place_own` (1, 2) [m] where I stood, both in the
+    frame of my own map, `turn_variance` [rad^2] how well I knew my heading in it. That frame lies
+    in the team's at `T_map_own`: as I know it if I am `tied`, else as I was told, to within
+    `error_m` and `error_rad`.
+    """
+
+    type: Literal["lookout"] = "lookout"
+    life: Count
+    T_map_own: PoseField
+    tied: bool
+    error_m: NotNegative
+    error_rad: NotNegative
+    place_own: Annotated[npt.NDArray[np.float32], ArrayField("float32", (1, 2), 2)]
+    turn_variance: NotNegative
+    discs_own: Annotated[
+        npt.NDArray[np.float32], ArrayField("float32", (None, 2), 2 * DISCS_IN_LOOKOUT)
+    ]

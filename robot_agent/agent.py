@@ -30,6 +30,7 @@ from robot_agent.planning_map import PlanningMap
 from robot_agent.settings import RobotSettings
 from robot_agent.task_work import TaskWork
 from robot_agent.team_view import Teammates
+from robot_agent.unplaced import without_discs
 
 _EPSILON = 1e-9
 _NO_POINTS = np.zeros((0, 2))
@@ -44,6 +45,9 @@ class Agent:
         settings: of all its parts.
         incarnation: which life of this robot's software this is.
         rng: for estimators that draw lots.
+
+    Attributes:
+        unplaced: radii [m] of teammates that may be anywhere: what looks like one is no wall.
     """
 
     def __init__(
@@ -54,6 +58,7 @@ class Agent:
         rng: np.random.Generator | None = None,
     ) -> None:
         self.name = name
+        self.unplaced: tuple[float, ...] = ()
         self.settings = settings
         self._incarnation = incarnation
         self._rng = rng or np.random.default_rng(0)
@@ -189,6 +194,8 @@ class Agent:
         mapping.move(frame.T_wheel_base)
         T_map_base = self._T_map_odom @ mapping.T_odom_base
         sweep = self._sweep_of(frame)
+        if self.unplaced:
+            sweep = without_discs(sweep, self.unplaced)
         return self._teammates.mask(sweep, T_map_base, self.settings.mapping.teammate_margin_m)
 
     def _sweep_of(self, frame: BodyFrame) -> LaserScan:

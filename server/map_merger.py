@@ -20,6 +20,7 @@ from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
 from mapping.loop_search import LoopSearch
 from mapping.match_map import MapSettings, MatchMap
 from mapping.motion_model import MotionModel
+from mapping.mutual_sightings import MutualSightings
 from mapping.pose_graph import carried_covariance, turned_covariance
 from mapping.scan_integration import IntegrationSettings
 from mapping.scan_matching import MatchResult
@@ -27,7 +28,6 @@ from mapping.submap_graph import SubmapGraph
 from mapping.trail import Trail
 from mapping.way import Report, Way, corrected_track, way_between
 from server.limits import holds
-from server.mutual_sightings import MutualSightings
 from server.placing import TOO_FAR, Member, Node, Placement, node_tracks
 from server.settings import MergerSettings
 from server.tying import aligns, contradicts, guesses, match_held, search_window

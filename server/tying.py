@@ -4,37 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mapping.correlative_search import SearchWindow
-from mapping.geometry import Floats, Pose2
+from mapping.geometry import Floats
 from mapping.match_map import MatchMap
-from mapping.pose_graph import carried_covariance, turned_covariance
-from mapping.scan_matching import MatchResult, match
-from mapping.scan_points import scan_points, turned_points
+from mapping.matching_together import match_together
+from mapping.mutual_sightings import MutualSightings
+from mapping.placed_by_sight import Guess, seen_by_others
+from mapping.scan_matching import MatchResult
 from mapping.way import Report
-from server.mutual_sightings import MutualSightings, Relation
 from server.placing import Member
 from server.settings import MergerSettings
 
 _HELD_TOGETHER = 6  # reports that are matched together
-
-
-@dataclass(frozen=True, slots=True)
-class Guess:
-    """Where a robot's local map may lie in the team's.
-
-    Attributes:
-        T_map_odom: there.
-        covariance: (3, 3) of it, map frame.
-        seen: whether teammates saw the robot there; else it was told.
-    """
-
-    T_map_odom: Pose2
-    covariance: Floats
-    seen: bool
 
 
 def guesses(
@@ -59,77 +43,12 @@ def match_held(map_: MatchMap, held: Sequence[Report], guess: Guess) -> MatchRes
         held: its reports so far.
         guess: where its local map may lie.
     """
-    covariance, T_odom_base = guess.covariance, held[-1].T_odom_base
-    sigma = math.sqrt(max(covariance[0, 0], covariance[1, 1]))
-    turn_sigma = math.sqrt(covariance[2, 2])
+    sigma, turn_sigma = guess.sigmas
     # Starts are told with uniform errors: one sigma of them is their largest.
     sigmas = 3.0 if guess.seen else 1.25
     window = SearchWindow(sigmas * sigma + 0.1, sigmas * turn_sigma + 0.02)
-    T_base_odom = T_odom_base.inverse()
-    points = [
-        turned_points(scan_points(report.scan), T_base_odom @ report.T_odom_base)
-        for report in held[-_HELD_TOGETHER:]
-    ]
-    return match(
-        map_.grid,
-        map_.surfaces,
-        np.concatenate(points),
-        guess.T_map_odom @ T_odom_base,
-        covariance,
-        map_.settings.matching,
-        window,
-    )
-
-
-def seen_by_others(
-    name: str, members: Mapping[str, Member], sightings: MutualSightings
-) -> Relation | None:
-    """Return where a robot's local map lies in the team's by what robots saw of each other.
-
-    Those between may not be tied to the team's map themselves yet.
-    """
-    told = {other: member.T_map_odom for other, member in members.items()}
-    sigma = max(member.told[0] for member in members.values())
-    turn_sigma = max(member.told[1] for member in members.values())
-    # One frame was turned by its own error; so the offset's error may be longer than two.
-    relations = sightings.relations(told, 3.0 * sigma, 2.0 * turn_sigma)
-    found = {
-        other: Relation(known.T_map_odom, np.zeros((3, 3)))
-        for other, known in members.items()
-        if known.aligned
-    }
-    while name not in found:
-        step = _surest_step(found, relations)
-        if step is None:
-            return None
-        found[step[0]] = step[1]
-    return found[name]
-
-
-def _surest_step(
-    found: Mapping[str, Relation], relations: Mapping[tuple[str, str], Relation]
-) -> tuple[str, Relation] | None:
-    """Return the robot whose heading is known best by those whose maps lie in the team's already.
-
-    Args:
-        found: how local maps lie in the team's, by robot, and the covariance of that, map frame.
-        relations: between local maps, see `MutualSightings.relations`.
-
-    Returns:
-        Its name, and how its local map lies in the team's; None if nobody found saw another.
-    """
-    best = None
-    for (one, other), relation in relations.items():
-        if one not in found or other in found:
-            continue
-        T_map_one, known = found[one].T_a_b, found[one].covariance
-        T_map_other = T_map_one @ relation.T_a_b
-        dx, dy = T_map_other.x - T_map_one.x, T_map_other.y - T_map_one.y
-        covariance = carried_covariance(known, dx, dy)
-        covariance += turned_covariance(relation.covariance, -T_map_one.theta)
-        if best is None or covariance[2, 2] < best[1].covariance[2, 2]:
-            best = other, Relation(T_map_other, covariance)
-    return best
+    scans = [(report.scan, report.T_odom_base) for report in held[-_HELD_TOGETHER:]]
+    return match_together(map_, scans, guess, window)[0]
 
 
 def aligns(result: MatchResult, held: int, settings: MergerSettings) -> bool:

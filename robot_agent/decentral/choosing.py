@@ -36,12 +36,14 @@ class Choosing:
     Attributes:
         crew: where everybody is, and what they are at.
         through: whether the mission is over as far as this robot knows.
+        lost: whether it does not know where it is: what it saw is not shared yet.
     """
 
     def __init__(self, agent: Agent, strategy: Strategy, settings: DecisionSettings) -> None:
         self.crew = Crew()
         self.through = False
         self._awake_at: float | None = None
+        self.lost = False
         self._agent = agent
         self._settings = settings
         self._decision = Decision(agent.name, strategy, settings)
@@ -61,7 +63,7 @@ class Choosing:
     @property
     def idle(self) -> bool:
         """Whether the robot finds nothing that is worth a trip."""
-        return self._decision.idle_since is not None
+        return self._decision.idle_since is not None and not self.lost
 
     @property
     def due(self) -> float | None:
@@ -153,7 +155,8 @@ class Choosing:
     def _quiet(self, now: float) -> bool:
         since = self._decision.idle_since
         resting = self._decision.next_awake(now) is not None
-        return since is not None and now - since >= self._settings.quiet_s and not resting
+        quiet = since is not None and now - since >= self._settings.quiet_s and not resting
+        return quiet and not self.lost
 
     def _all_say_so(self, held: int, now: float) -> bool:
         """Whether all that are waited for were just heard, are idle, and hold what is held here."""

@@ -7,7 +7,14 @@ import math
 import numpy as np
 
 from mapping.geometry import Floats, Pose2, pose_from
-from protocol.log.pose_coding import STEPS_PER_METRE, STEPS_PER_RADIAN, PoseTable, pose_steps
+from protocol.log.pose_coding import (
+    STEPS_PER_METRE,
+    STEPS_PER_RADIAN,
+    PoseTable,
+    pose_of,
+    pose_steps,
+)
+from protocol.log.sync import LogSync
 
 
 class OwnPoses:
@@ -55,3 +62,19 @@ def moved(before: PoseTable, after: PoseTable, distance: float, turn: float) -> 
     turned = np.minimum(turned, round(2.0 * math.pi * STEPS_PER_RADIAN) - turned)
     far = np.hypot(off[:, 0], off[:, 1]).max() >= distance * STEPS_PER_METRE
     return bool(far or turned.max() >= turn * STEPS_PER_RADIAN)
+
+
+def own_table(sync: LogSync) -> PoseTable:
+    """Return the poses of a robot's own entries as they were told, (n, 3) int32 in steps."""
+    own = sync.log.own
+    rows = [own.pose(number) for number in range(1, own.count + 1)]
+    return np.array(rows, dtype=np.int32).reshape(-1, 3)
+
+
+def first_pose(sync: LogSync) -> Pose2 | None:
+    """Return where a robot was when it wrote its very first entry, map frame, or None."""
+    for author in sync.log.authors():
+        log = sync.log.of(author)
+        if author.robot == sync.log.me.robot and 1 in log.entries:
+            return pose_of(log.pose(1))
+    return None

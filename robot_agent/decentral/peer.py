@@ -17,7 +17,7 @@ from protocol.codec import Header
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send
 from protocol.log.messages import LogHave, LogWant, Observations, PoseSet
 from protocol.messages import EVERYONE, SERVER, WORLD, Message
-from protocol.peer_messages import Beacon
+from protocol.peer_messages import Beacon, Lookout
 from protocol.world_messages import Joined, Through
 from robot_agent.agent import Agent
 from robot_agent.decentral.beaconing import Beaconing
@@ -25,7 +25,10 @@ from robot_agent.decentral.choosing import Choosing
 from robot_agent.decentral.memory import Memory
 from robot_agent.decentral.settings import PeerSettings
 from robot_agent.decentral.sharing import Sharing
+from robot_agent.decentral.tying import Standing
 
+_JUST_NOW = 3.0  # [s]; whoever was heard since is about where it said
+_SEVERAL = 2  # it and one other
 _LOG = (Observations, PoseSet, LogHave, LogWant)
 
 
@@ -91,6 +94,7 @@ class Peer:
         effects = self._carry_out(self.agent.handle(event, now), now)
         if isinstance(event.message, Joined) and self.agent.mapping is not None:
             self.sharing.begin(event.message, self.agent.mapping, self.life == 0)
+            self._note_unplaced()
         return effects
 
     def tick(self, now: float) -> list[Effect]:
@@ -105,13 +109,13 @@ class Peer:
         if delta is not None:
             effects += self._tell(delta, now)
         was_tied = self.sharing.tied
-        placed = self.sharing.place_due(now)
+        placed = self.sharing.place_due(self._teammates(now), now)
         if self.sharing.tied and not was_tied:
-            known = self.sharing.whereabouts.sigma == (0.0, 0.0)
-            text = "knows where it is" if known else "hears nobody and goes on from where it may be"
-            effects.append(Note("info", f"{text} at {now:.1f} s"))
-        if placed is not None:
-            effects += self._tell(placed, now)
+            effects.append(Note("info", f"knows where it is at {now:.1f} s"))
+        turned = self.sharing.turned()
+        effects += [] if turned is None else self._tell(turned, now)
+        effects += [] if placed is None else self._tell(placed, now)
+        self.choosing.lost = not self.sharing.tied
         return [*effects, *self._decide(now)]
 
     def keep(self) -> bytes:
@@ -143,23 +147,40 @@ class Peer:
     def _heartbeat(self, message: Message, now: float) -> list[Effect]:
         """Tell the others where the robot is, and see how long nothing was left to do."""
         assert isinstance(message, words.Heartbeat)
-        about = self.sharing.whereabouts
+        about = self.sharing.place.whereabouts
         body = (self.sharing.sync.log.me.life, self.agent.body.radius_m, about.sigma[0])
         held, where = self.sharing.checksum(), about.T_map_own @ message.T_odom_base
         if self.sharing.tied:
             where = self.agent.pose_map()
         beacon = self._beaconing.due(message, where, self.choosing, body, held, now)
+        effects = self._say_whom_it_saw(now)
+        self._note_unplaced()
         if beacon is None:
-            return []
+            return effects
         self.choosing.crew.hear(self.name, beacon, now, now)
-        return [Send("radio", EVERYONE, beacon), *self._tell(self.choosing.team_poses(now), now)]
+        poses = self._tell(self.choosing.team_poses(now), now)
+        return [*effects, Send("radio", EVERYONE, beacon), *poses]
+
+    def _say_whom_it_saw(self, now: float) -> list[Effect]:
+        """Tell the others whom the robot saw from its start, while somebody needs to know."""
+        lookout = self.sharing.place.lookout_due(now) if self.choosing.crew.seeking else None
+        return [Send("radio", EVERYONE, lookout)] if lookout else []
+
+    def _note_unplaced(self) -> None:
+        """Let the robot's software know which teammates may be anywhere: at first, all."""
+        crew, place = self.choosing.crew, self.sharing.place
+        unsure = not self.sharing.tied or (place.uncertain and len(crew.beacons) < _SEVERAL)
+        self.agent.unplaced = (self.agent.body.radius_m,) if unsure else crew.unplaced
+
+    def _teammates(self, now: float) -> list[Standing]:
+        """Return where those are that were just heard and know their place."""
+        bodies = self.choosing.crew.bodies(now - _JUST_NOW)
+        return [Standing(*body) for name, *body in bodies if name != self.name]
 
     def _report(self, message: Message, now: float) -> list[Effect]:
         """Share what the robot saw."""
         assert isinstance(message, words.ScanReport)
-        radius = self.agent.body.radius_m
-        radii = self.choosing.crew.unplaced if self.sharing.tied else (radius,)
-        self.sharing.observe(message, radii, now)
+        self.sharing.observe(message, now)
         return self._tell(words.ReportsReceived(number=message.number), now)
 
     def _bid(self, message: Message, now: float) -> list[Effect]:
@@ -191,6 +212,7 @@ class Peer:
         source = header.source
         if not self.sharing.hears(source, now):
             self.choosing.crew.forget(source)
+            self.sharing.place.lookouts.forget(source)
             return []
         if isinstance(message, _LOG):
             return self.sharing.take(source, message, now)
@@ -198,6 +220,8 @@ class Peer:
             newer, award = self.choosing.hear(source, message, header.stamp, now)
             effects = self._tell(self.choosing.team_poses(now), now) if newer else []
             return effects + (self._tell(award, now) if award else [])
+        elif isinstance(message, Lookout):
+            self.sharing.place.lookouts.hear(source, message)
         elif isinstance(message, words.TightPlace):
             return self._tell(message, now)
         return []

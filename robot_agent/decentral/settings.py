@@ -48,6 +48,55 @@ class DecisionSettings(_Settings):
     lease_s: Positive = 3600.0
 
 
+class TyingSettings(_Settings):
+    """How a robot finds where its own map lies in the team's, see `robot_agent.decentral.tying`.
+
+    One whose start is known no better than `start_m` does not tell what it sees until that fits
+    what others saw: with `points` end points of `scans` or more scans at walls, a share of `fit` of
+    those that fall where the map is known, which a share of `known` must; with a place known to
+    `sigma_m` and `sigma_deg`; and where it leaves no more end points unexplained than a share of
+    `rival` of those that any other place does. It tries no more often than every `period_s`.
+
+    Robots tell every `sight_period_s` whom they saw from their starts, while somebody does not know
+    its place. For `sight_wait_s` a robot waits for others to say that they saw it. A place where
+    they did need be known to `sight_sigma_m` only; after `sight_tries` tries it counts without
+    walls, unless a smaller share than `wrong_fit` of the end points fits.
+
+    One that does not know its place after `alone_s` explores by its own map, and shares all that it
+    saw when it knows. One that heard nobody for `settle_s` takes its place for what it was told,
+    as nobody is there to fit, but does not say that it is sure.
+
+    Once it knows, it looks whether all that it saw where others were fits what these saw: after
+    `mend_period_s`, and ever more seldom, to `mend_period_most_s`, while all is well. A place that
+    is off by `mend_m` or `mend_deg`, with errors of about `mend_sigma_m` and `mend_sigma_deg`, is
+    put right; after `wrong_looks` looks at which it did not fit at all it is searched for anew.
+    """
+
+    start_m: Positive = 0.15
+    period_s: Positive = 1.0
+    scans: Annotated[int, Field(ge=1)] = 4
+    points: Annotated[int, Field(ge=1)] = 30
+    fit: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
+    known: Annotated[float, Field(ge=0.0, le=1.0)] = 0.7
+    sigma_m: Positive = 0.03
+    sigma_deg: Positive = 1.0
+    rival: Annotated[float, Field(gt=0.0, le=1.0)] = 0.6
+    sight_period_s: Positive = 1.0
+    sight_wait_s: NotNegative = 10.0
+    sight_sigma_m: Positive = 0.1
+    sight_tries: Annotated[int, Field(ge=1)] = 8
+    wrong_fit: Annotated[float, Field(ge=0.0, le=1.0)] = 0.5
+    alone_s: Positive = 30.0
+    settle_s: Positive = 60.0
+    mend_period_s: Positive = 5.0
+    mend_period_most_s: Positive = 60.0
+    mend_m: Positive = 0.03
+    mend_deg: Positive = 0.2
+    mend_sigma_m: Positive = 0.05
+    mend_sigma_deg: Positive = 1.0
+    wrong_looks: Annotated[int, Field(ge=1)] = 2
+
+
 class PeerSettings(_Settings):
     """How robots share their map without a server.
 
@@ -58,13 +107,6 @@ class PeerSettings(_Settings):
 
     With `use_team_map` an estimator that can, as `particle_filter`, places the robot by what the
     others saw, too, where their newest poses put it.
-
-    A robot whose start is known no better than `tied_m` does not tell what it sees until that fits
-    what others saw: with `align_points` end points of `align_scans` or more scans at walls, a share
-    of `align_fit` of those that fall where the map is known, which a share of `align_known` must,
-    and a place known to `align_sigma_m`. It tries no more often than every `align_period_s`. One
-    that heard nobody for `alone_s` goes on from where it thinks that it is, and corrects that when
-    it finds out.
     """
 
     log: LogSyncSettings = LogSyncSettings()
@@ -79,11 +121,4 @@ class PeerSettings(_Settings):
     use_team_map: bool = False
     map_period_s: Positive = 0.3
     largest_cells: Annotated[int, Field(ge=1_000, le=50_000_000)] = 25_000_000
-    tied_m: Positive = 0.15
-    align_period_s: Positive = 1.0
-    align_scans: Annotated[int, Field(ge=1)] = 4
-    align_points: Annotated[int, Field(ge=1)] = 30
-    align_fit: Annotated[float, Field(gt=0.0, le=1.0)] = 0.85
-    align_known: Annotated[float, Field(ge=0.0, le=1.0)] = 0.7
-    align_sigma_m: Positive = 0.03
-    alone_s: Positive = 60.0
+    tying: TyingSettings = TyingSettings()

@@ -20,11 +20,12 @@ from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
 from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
+from robot_agent.decentral.alone import OwnMap
 from robot_agent.decentral.others_scans import OthersScans
-from robot_agent.decentral.own_poses import OwnPoses, moved
+from robot_agent.decentral.own_place import OwnPlace
+from robot_agent.decentral.own_poses import OwnPoses, first_pose, moved, own_table
 from robot_agent.decentral.settings import PeerSettings
-from robot_agent.decentral.tying import Tying, Whereabouts, left_at, told_at_start
-from robot_agent.decentral.unplaced import without_discs
+from robot_agent.decentral.tying import Standing
 from robot_agent.local_mapping import LocalMapping
 
 _EPSILON = 1e-9
@@ -42,6 +43,7 @@ class Sharing:
 
     Attributes:
         feed: tells the map to the robot's software.
+        place: finds where the robot's own map lies in the team's.
         repositionings: when all poses were told anew, each `{t_s, robot, poses}`, (n, 3) map frame.
         home: where the robot began, (x, y) [m], map frame; None until it is known.
     """
@@ -60,15 +62,13 @@ class Sharing:
         self.feed = MapFeed(shared.view(), settings.map_period_s)
         self.home: tuple[float, float] | None = None
         self.repositionings: list[dict[str, object]] = []
+        self.place = OwnPlace(sync, settings.tying, reference, left)
         self._judge = MapFeed(shared.view(), 0.0)
         self._settings = settings
         self._coding = ScanCodingSettings(error_bound_m=settings.error_bound_m)
-        self._reference = reference
         self._own: OwnPoses | None = None
-        self._first = True
-        self._left = left
-        self._told_start = Whereabouts(Pose2(0.0, 0.0, 0.0), (0.0, 0.0))
-        self._tying = Tying(settings)
+        self._alone: OwnMap | None = None
+        self._turned: MapSnapshot | None = None
         self._told: ScanReport | None = None
         self._rows: list[int] = []  # which report each entry of this start was, from 0
         self._updated: Pose2 | None = None
@@ -77,8 +77,6 @@ class Sharing:
         self._mapping: LocalMapping | None = None
         self._kept = own_table(sync)
         self._others = OthersScans(sync, shared)
-        self._heard = -math.inf  # when anybody was, or the robot began
-        self._guessed = False  # where its own map lies, as nobody was heard
 
     # --- the robot's own ------------------------------------------------------------------------
 
@@ -91,53 +89,46 @@ class Sharing:
             first: whether it stands where it was told, and was not started anew somewhere.
         """
         self._mapping = mapping
-        self._told_start = told_at_start(joined)
-        self._first = first
-        self._heard = max(self._heard, joined.now_s)
-        if first and (self._reference or joined.start_sigma_m <= self._settings.tied_m):
-            self._tie(self._told_start.T_map_own, joined.now_s)
+        self.place.begin(joined, first)
+        if self.place.T_map_own is not None:
+            self._tie(self.place.T_map_own)
 
     @property
     def tied(self) -> bool:
         """Whether the robot knows where its own map lies in the team's."""
         return self._own is not None
 
-    @property
-    def whereabouts(self) -> Whereabouts:
-        """Where the robot's own map lies in the team's, as far as it knows."""
-        if self._own is not None and not self._guessed:
-            return Whereabouts(self._own.T_map_own, (0.0, 0.0))
-        return self._told_start if self._first else left_at(self.sync, self._left, self._told_start)
-
-    def observe(self, report: ScanReport, unplaced: Sequence[float], now: float) -> None:
+    def observe(self, report: ScanReport, now: float) -> None:
         """Share what the robot saw, or keep it until it knows where that was.
 
         Args:
             report: of a scan.
-            unplaced: radii [m] of teammates that may be anywhere: they are not to become walls.
             now: mission time [s].
         """
-        if unplaced:
-            ranges = without_discs(scan_of(report), unplaced).ranges
-            report = report.model_copy(update={"ranges": ranges})
-        if self._own is None or self._guessed:
-            self._tying.add(report)
+        self.place.see(report)
         if self._own is not None:
             self._append(report, now)
+            return
+        self.place.wait(report, now)
+        if self._alone is not None:
+            self._alone.observe(report)
 
-    def place_due(self, now: float) -> PoseUpdate | None:
-        """Return where the robot's own map lies in the team's, if that is news to its software."""
+    def place_due(self, teammates: Sequence[Standing], now: float) -> PoseUpdate | None:
+        """Return where the robot's own map lies in the team's, if that is news to its software.
+
+        Args:
+            teammates: those who know where they are.
+            now: mission time [s].
+        """
         if now < self._next_repose - _EPSILON or self._mapping is None:
             return None
         self._next_repose = now + self._settings.repose_period_s
-        if (self._own is None or self._guessed) and self._tying.due(now):
-            self._try_to_tie(now)
-        if self._own is None and now - self._heard >= self._settings.alone_s:
-            # Better somewhere about there than nowhere: once it hears others, it tries again.
-            self._guessed = True
-            self._tie(self.whereabouts.T_map_own, now)
+        if self.place.due(self.checksum(), now):
+            self._find(teammates, now)
+        if self.place.mend_due(self.checksum(), now):
+            self._mend(now)
         if self._own is None:
-            return None
+            return self._go_alone(now)
         T_map_odom = self._own.T_map_own
         if self._told is not None:
             poses_own = self._mapping.reported_poses()[self._rows]
@@ -166,7 +157,6 @@ class Sharing:
         if peer in self.sync.standing.isolated:
             return False
         self.sync.hear(peer, now)
-        self._heard = now
         return True
 
     def take(self, peer: str, message: LogMessage, now: float) -> list[Effect]:
@@ -206,6 +196,11 @@ class Sharing:
                 self._mapping.take_others(news)
         return self.feed.delta_due(now)
 
+    def turned(self) -> MapSnapshot | None:
+        """Return the map that its software drives by, if it is another one since the last call."""
+        turned, self._turned = self._turned, None
+        return turned
+
     def told_judge(self, have: int) -> MapSnapshot | MapDelta | None:
         """Return the map for somebody who has it as of number `have`."""
         if have == 0 or have != self._judge.number:
@@ -223,26 +218,13 @@ class Sharing:
 
     # --- steps ----------------------------------------------------------------------------------
 
-    def _tie(self, T_map_own: Pose2, now: float) -> None:
-        """The robot knows where its own map lies in the team's: it tells what it kept so far."""
-        anew = self._own is not None
+    def _tie(self, T_map_own: Pose2) -> None:
+        """The robot knows where its own map lies in the team's."""
         self._own = OwnPoses(self._kept, T_map_own)
-        if not anew:
-            for report in self._tying.waiting:
-                self._append(report, now)
-        else:
-            assert self._mapping is not None
-            self._revise(self._own.table(self._mapping.reported_poses()[self._rows]), now)
-        first = self._first_pose() or T_map_own
+        if self._alone is not None:
+            self._alone, self._turned = None, self.feed.turn_to(self.shared.view())
+        first = first_pose(self.sync) or T_map_own
         self.home = (first.x, first.y)
-
-    def _first_pose(self) -> Pose2 | None:
-        """Return where the robot was when it wrote its very first entry, None if none is held."""
-        for author in self.sync.log.authors():
-            log = self.sync.log.of(author)
-            if author.robot == self.sync.log.me.robot and 1 in log.entries:
-                return pose_of(log.pose(1))
-        return None
 
     def _begin_life(self, now: float) -> None:
         """Others hold more of this life than the robot wrote down: it goes on in a new one."""
@@ -280,21 +262,52 @@ class Sharing:
                 {"t_s": now, "robot": self.sync.log.me.robot, "poses": poses}
             )
 
-    def _try_to_tie(self, now: float) -> None:
-        """Look whether what the robot saw fits what was seen around there before."""
+    def _go_alone(self, now: float) -> PoseUpdate | None:
+        """Let the robot's software explore by its own map, when it waited for long."""
+        if self.place.settle_due(now):
+            return self._settle(now)
+        if self._alone is not None or not self.place.alone_due(now):
+            return None
+        T_map_own = self.place.whereabouts.T_map_own
+        self._alone = OwnMap(T_map_own, self.place.waiting, self.shared.team)
+        self._turned = self.feed.turn_to(self._alone.view)
+        return PoseUpdate(number=0, T_map_odom=T_map_own, uncertainty_m=0.0, matched=True)
+
+    def _settle(self, now: float) -> PoseUpdate:
+        """Nobody is there who could tell where the robot is: better about there than nowhere."""
+        waited = self.place.settle()
+        assert self.place.T_map_own is not None
+        self._tie(self.place.T_map_own)
+        for report in waited:
+            self._append(report, now)
+        self._updated = self.place.T_map_own
+        return PoseUpdate(number=0, T_map_odom=self._updated, uncertainty_m=0.0, matched=True)
+
+    def _find(self, teammates: Sequence[Standing], now: float) -> None:
+        """Look where the robot's own map lies in the team's; share what it saw once it knows."""
         self.follow(now)
-        scans = self._others.placed(len(self._kept))
-        resolution = self.shared.team.resolution
-        T_map_own = self._tying.attempt(scans, self.whereabouts, resolution, now)
-        if T_map_own is None:
-            return
-        self._guessed = False
-        self._tie(T_map_own, now)
-        self._tying.take()
+        others = self._others.placed(len(self._kept))
+        waited = self.place.find(
+            others, teammates, self.shared.team.resolution, self.checksum(), now
+        )
+        if self.place.T_map_own is not None:
+            self._tie(self.place.T_map_own)
+        for report in waited:
+            self._append(report, now)
 
-
-def own_table(sync: LogSync) -> PoseTable:
-    """Return the poses of a robot's own entries as they were told, (n, 3) int32 in steps."""
-    own = sync.log.own
-    rows = [own.pose(number) for number in range(1, own.count + 1)]
-    return np.array(rows, dtype=np.int32).reshape(-1, 3)
+    def _mend(self, now: float) -> None:
+        """Look whether all that the robot saw fits what those saw whose names come before its."""
+        self.follow(now)
+        assert self._mapping is not None
+        me, kept = self.sync.log.me, len(self._kept)
+        poses_own = self._mapping.reported_poses()[self._rows]
+        placed = list(self.shared.team.placed())
+        own = [
+            (p.scan, pose_from(poses_own[p.number - kept - 1]))
+            for p in placed
+            if p.author == me and p.number > kept
+        ]
+        others = [(p.scan, p.T_map_base) for p in placed if p.author[0] < me.robot]
+        if self.place.mend(own, others, self.shared.team.resolution, now):
+            assert self.place.T_map_own is not None
+            self._tie(self.place.T_map_own)

@@ -105,11 +105,11 @@ def test_robots_started_anew_go_on_with_the_map_of_the_team() -> None:
     assert ("robot4", 1) not in lives  # its log was kept: the life goes on
 
 
-@pytest.mark.xfail(
-    reason="along a bare corridor what a robot sees fits in several places", run=False
-)
-def test_robots_that_hardly_know_where_they_start_find_each_other(tmp_path: Path) -> None:
-    team = rescue(ALONE, "world.perturb_starts=true")
+@pytest.mark.parametrize("seed", [1, 2])
+def test_robots_that_hardly_know_where_they_start_find_each_other(
+    seed: int, tmp_path: Path
+) -> None:
+    team = rescue(ALONE, "world.perturb_starts=true", seed=seed)
     summary = run_team(team, tmp_path, Watch(), in_process=True)
     assert summary["ended"] == "explored"
     held = {robot["map_digest"] for robot in summary["robots"]}

@@ -60,3 +60,21 @@ def test_a_clock_that_is_ahead_does_not_drown_what_is_said_later(ahead: float) -
     assert not crew.hear("ada", beacon(0.0), 4.0, 5.5), "sent before, come after"
     assert crew.hear("ada", beacon(2.0), 6.0, 6.1)
     assert crew.beacons["ada"].T_map_base.x == 2.0
+
+
+def test_who_tells_an_error_seeks_its_place() -> None:
+    crew = Crew()
+    assert not crew.seeking
+    crew.hear("ada", beacon(sigma_m=0.0), 1.0, 1.0)
+    assert not crew.seeking
+    crew.hear("bob", beacon(sigma_m=0.2), 1.0, 1.0)
+    assert crew.seeking
+
+
+def test_bodies_are_of_those_that_were_just_heard_and_know_their_place() -> None:
+    crew = Crew()
+    crew.hear("cy", beacon(3.0), 2.0, 2.0)
+    crew.hear("bob", beacon(2.0, sigma_m=0.5), 2.0, 2.0)
+    crew.hear("ada", beacon(1.0, radius_m=0.3), 1.0, 1.0)
+    assert crew.bodies(1.0) == [("ada", 1.0, 0.0, 0.3), ("cy", 3.0, 0.0, 0.25)]
+    assert [name for name, *_ in crew.bodies(1.5)] == ["cy"]

@@ -86,3 +86,20 @@ def paste(copy: npt.NDArray[np.int8], told: MapDelta) -> None:
     row, col = told.lattice_y + 2, told.lattice_x - 3
     cells = unpack_cells(told.cells, told.rows, told.cols)
     copy[row : row + told.rows, col : col + told.cols] = cells
+
+
+def test_another_map_takes_the_first_ones_place_as_a_whole() -> None:
+    first, second = Sheet(), Sheet()
+    feed = MapFeed(first, 0.0)
+    first.change(1, 2, 3.0)
+    feed.delta()
+    second.change(4, 4, -2.0)
+    told = feed.turn_to(second)
+    assert told.number == 2
+    cells = unpack_cells(told.cells, told.rows, told.cols)
+    assert cells[4, 4] < 0 and cells[1, 2] == 0
+    first.change(0, 0, 1.0)
+    assert feed.delta() is None  # nothing of the second has changed since
+    second.change(0, 1, 1.0)
+    change = feed.delta()
+    assert change is not None and change.number == 3

@@ -9,10 +9,11 @@ import pytest
 
 from mapping.geometry import IDENTITY, Pose2
 from mapping.grid import CLEAR, OBSTACLE, classify
+from mapping.placed_by_sight import seen_by_others
 from mapping.scan import LaserScan
 from server.map_merger import MapMerger, Placement, Report
 from server.settings import MergerSettings
-from server.tying import search_window, seen_by_others
+from server.tying import search_window
 from tests.unit.rooms import room, scan_in
 
 ROOM = room()

@@ -1,15 +1,14 @@
-"""Robots are tied by what they saw of each other, also by way of others."""
+"""Where a robot that is not tied yet may be: where others saw it, and where it was told."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from mapping.geometry import IDENTITY, Pose2
 from mapping.motion_model import MotionModel
-from server.mutual_sightings import MutualSightings
+from mapping.mutual_sightings import MutualSightings
 from server.placing import Member
-from server.tying import guesses, seen_by_others
+from server.tying import guesses
 
 STARTS = {"a": Pose2(0.0, 0.0, 0.0), "b": Pose2(1.0, 0.2, 0.3), "c": Pose2(2.2, -0.1, -0.2)}
 SEES = {"a": "b", "b": "ac", "c": "b"}
@@ -28,23 +27,6 @@ def sightings() -> MutualSightings:
         for _ in range(2):
             seen.add(name, IDENTITY, np.zeros((3, 3)), np.array(places))
     return seen
-
-
-def test_a_robot_is_placed_by_one_that_is_not_tied_itself() -> None:
-    members = {name: member(name, name == "a") for name in STARTS}
-    near = seen_by_others("b", members, sightings())
-    far = seen_by_others("c", members, sightings())
-    assert near is not None and far is not None
-    for name, relation in (("b", near), ("c", far)):
-        assert relation.T_a_b.distance_to(STARTS[name]) == pytest.approx(0.0, abs=1e-9)
-        assert relation.T_a_b.theta == pytest.approx(STARTS[name].theta)
-    assert far.covariance[2, 2] > near.covariance[2, 2]
-    assert far.covariance[1, 1] > near.covariance[1, 1]
-
-
-def test_nobody_is_placed_where_nobody_is_tied() -> None:
-    members = {name: member(name, aligned=False) for name in STARTS}
-    assert seen_by_others("c", members, sightings()) is None
 
 
 def test_what_was_told_stands_beside_what_was_seen() -> None:

@@ -312,3 +312,17 @@ def test_a_pose_of_a_teammate_comes_from_its_newest_beacon() -> None:
     mine.crew.hear("bob", beacon(1.0), 1.0, 1.0)
     mine.crew.hear("bob", beacon(2.0), 2.0, 2.0)
     assert mine.crew.beacons["bob"].T_map_base == Pose2(2.0, 0.0, 0.0)
+
+
+def test_one_that_does_not_know_where_it_is_is_never_through() -> None:
+    made = idle()
+    made.lost = True
+    assert not made.idle
+    for now in (4.0, 8.0, 20.0):
+        made.agree(HELD, now)
+    assert not made.through
+    made.lost = False
+    assert made.idle
+    for now in (21.0, 25.0):
+        made.agree(HELD, now)
+    assert made.through

@@ -8,7 +8,7 @@ from mapping.geometry import IDENTITY, Pose2
 from protocol import messages as words
 from protocol.effects import Effect, Note, PeerLeft, Rejected, Send, Stop
 from protocol.log.messages import LogHave, Observations
-from protocol.peer_messages import Beacon
+from protocol.peer_messages import Beacon, Lookout
 from protocol.world_messages import Join, Ping, Shutdown, Through
 from tests.unit.protocol.test_crew import beacon
 from tests.unit.robot_agent.decentral.peer_rig import Rig, seen_by
@@ -184,16 +184,67 @@ def test_a_second_start_is_not_taken_for_where_it_was_told() -> None:
     assert of_type(effects, Observations) == []
 
 
-def test_a_second_start_where_nobody_is_heard_goes_on_by_itself_after_a_while() -> None:
-    rig = Rig(life=1, look_around=True, alone_s=12.0)
-    rig.join()
-    for _ in range(2):
-        effects = rig.live(4.0)
-        assert not [e for e in effects if isinstance(e, Note)]
-        assert not of_type(effects, Observations)
-    effects = rig.live(8.0)
-    (note,) = [e for e in effects if isinstance(e, Note)]
-    assert "hears nobody" in note.text
-    assert rig.command == (0.0, 0.0), "it turns no more: all of the room was seen by then"
-    assert of_type(effects, Observations) and of_type(effects, Beacon)[-1].idle
-    assert of_type(effects, Beacon)[-1].sigma_m > 0.3, "others must not rely on where it says it is"
+# --- one that was told its start with an error ---------------------------------------------------
+
+
+def uncertain(reference: bool = False, **settings: object) -> Rig:
+    rig = Rig(reference=reference, look_around=True, **settings)
+    rig.join(start_sigma_m=1.0, start_sigma_deg=20.0)
+    return rig
+
+
+def test_whom_it_sees_it_tells_while_somebody_does_not_know_its_place() -> None:
+    rig = uncertain()
+    told = of_type(rig.live(3.0), Lookout)
+    assert 2 <= len(told) <= 4
+    assert not told[0].tied and told[0].error_m == 1.0
+    known = uncertain(reference=True)
+    assert of_type(known.live(2.0), Lookout) == []
+    known.radio("bob", beacon(1.0, sigma_m=0.5))
+    assert of_type(known.live(2.0), Lookout)[0].tied
+
+
+def test_what_a_teammate_saw_of_others_is_kept_until_that_is_isolated() -> None:
+    rig = uncertain()
+    word = of_type(uncertain(reference=True).live(0.5), Lookout) or of_type(rig.live(2.0), Lookout)
+    assert rig.radio("bob", word[0]) == []
+    lookouts = rig.sharing.place.lookouts
+    assert "bob" in lookouts._frames
+    for k in range(rig.sharing.sync.settings.faults_to_isolate):
+        rig.peer.handle(Rejected("radio", "bob", f"nonsense: {k}"), 0.1 * k)
+    rig.radio("bob", word[0])
+    assert "bob" not in lookouts._frames
+
+
+def test_what_looks_like_a_teammate_is_no_wall_while_that_may_be_anywhere() -> None:
+    assert joined().peer.agent.unplaced == ()
+    rig = uncertain(reference=True)
+    assert rig.peer.agent.unplaced == (pytest.approx(0.2),)  # nobody was heard yet
+    rig.radio("bob", beacon(1.0, sigma_m=0.5, radius_m=0.3))
+    rig.live(1.0)
+    assert rig.peer.agent.unplaced == (0.3,)
+    rig.live(1.0)
+    rig.radio("bob", beacon(1.0, sigma_m=0.0, radius_m=0.3))
+    rig.live(1.0)
+    assert rig.peer.agent.unplaced == ()
+
+
+def test_one_that_waited_for_long_explores_on_its_own_and_shares_when_it_knows_its_place() -> None:
+    rig = uncertain(tying={"alone_s": 3.0})
+    rig.live(2.5)
+    planning_map = rig.peer.agent._body_parts[1]  # type: ignore[index]
+    assert planning_map.number == 0 and rig.command[1] > 0.0  # it turns on the spot
+    effects = rig.live(9.0)
+    assert planning_map.number == rig.sharing.feed.number > 0
+    assert rig.command[1] == 0.0
+    assert not rig.sharing.tied and rig.sharing.sync.log.own.count == 0
+    assert not any(b.idle or b.through for b in of_type(effects, Beacon))
+    seen = [Pose2(0.25 * k, 0.05 * k, 0.5 * k) for k in range(6)]
+    rig.radio("ann", seen_by("ann", *seen))
+    effects = rig.live(14.0)
+    assert rig.sharing.tied
+    assert rig.sharing.sync.log.own.count > 5
+    assert rig.peer.agent.pose_map().distance_to(rig.T_world_base) < 0.1
+    authors = {placed.author for placed in rig.sharing.shared.team.placed()}
+    assert authors == {("ann", 0), ("me", 0)}
+    assert planning_map.number == rig.sharing.feed.number

@@ -19,7 +19,7 @@ def test_who_is_here_is_not_lost() -> None:
         {"decision": {"max_tries": 0}},
         {"beacon_points": 65},
         {"error_bound_m": 0.0},
-        {"align_fit": 1.5},
+        {"tying": {"fit": 1.5}},
         {"unheard_of": 1},
     ],
 )

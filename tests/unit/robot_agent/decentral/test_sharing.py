@@ -16,7 +16,8 @@ from protocol.log.pose_coding import pose_of, pose_steps
 from protocol.messages import MapSnapshot, PoseUpdate, ScanReport
 from protocol.reported_scan import scan_of
 from protocol.world_messages import Joined
-from robot_agent.decentral.sharing import Sharing, own_table
+from robot_agent.decentral.own_poses import own_table
+from robot_agent.decentral.sharing import Sharing
 from robot_agent.local_mapping import LocalMapping
 from robot_agent.settings import LocalMapSettings
 from tests.unit.robot_agent.decentral.peer_rig import ROOM, seen_by, sharing_of, sync_of
@@ -76,7 +77,7 @@ class Robot:
         T_wheel_base = T_MAP_OWN.inverse() @ self._T_map_base
         self.mapping.take(scan_in(ROOM, self._T_map_base, self.now), T_wheel_base)
         report = self.mapping.report()
-        self.sharing.observe(report, (), self.now)
+        self.sharing.observe(report, self.now)
         return report
 
 
@@ -93,7 +94,7 @@ def poses_of(robot: Robot) -> list[Pose2]:
 )
 def test_who_knows_where_it_is_from_the_start(reference: bool, sigma: float, tied: bool) -> None:
     robot = Robot(reference, sigma)
-    assert robot.sharing.place_due(0.0) is None  # it has no body yet
+    assert robot.sharing.place_due((), 0.0) is None  # it has no body yet
     robot.begin()
     assert robot.sharing.tied == tied
     assert robot.sharing.home == ((0.0, 0.0) if tied else None)
@@ -125,10 +126,10 @@ def test_observations_are_placed_in_the_teams_map_and_told() -> None:
 def test_its_software_is_told_where_its_map_lies_when_that_is_news() -> None:
     robot = Robot(repose_period_s=0.5)
     robot.begin()
-    told = robot.sharing.place_due(0.0)
+    told = robot.sharing.place_due((), 0.0)
     assert told is not None and told.matched and told.T_map_odom == T_MAP_OWN
-    assert robot.sharing.place_due(0.4) is None
-    assert robot.sharing.place_due(0.6) is None
+    assert robot.sharing.place_due((), 0.4) is None
+    assert robot.sharing.place_due((), 0.6) is None
     assert robot.sharing.next_deadline() <= 1.1
 
 
@@ -138,10 +139,10 @@ def test_poses_that_turn_out_otherwise_are_told_anew() -> None:
     for _ in range(3):
         robot.look(Pose2(0.1, 0.0, 0.0))
     robot.sharing.tick(3.0)
-    robot.sharing.place_due(3.0)
+    robot.sharing.place_due((), 3.0)
     assert robot.sharing.repositionings == []
     robot.mapping.shift = 0.3
-    update = robot.sharing.place_due(4.0)
+    update = robot.sharing.place_due((), 4.0)
     assert update is not None
     assert update.T_map_odom.distance_to(T_MAP_OWN @ Pose2(0.3, 0.0, 0.0)) < 0.01
     assert robot.sharing.repositionings == []
@@ -172,7 +173,7 @@ def test_what_it_saw_waits_until_it_fits_what_the_others_saw() -> None:
     robot.begin()
     robot.look()
     robot.look(Pose2(0.1, 0.0, 0.1))
-    assert robot.sharing.place_due(2.0) is None
+    assert robot.sharing.place_due((), 2.0) is None
     assert robot.sharing.sync.log.own.count == 0
     robot.sharing.take("bob", message_of(*SEEN), 2.5)
     placed = tied(robot)
@@ -185,12 +186,12 @@ def test_what_it_saw_waits_until_it_fits_what_the_others_saw() -> None:
 
 
 def test_a_poor_fit_is_none() -> None:
-    for settings in ({"align_points": 10_000}, {"align_sigma_m": 1e-6}):
-        robot = Robot(reference=False, sigma=0.5, **settings)
+    for settings in ({"points": 10_000}, {"sigma_m": 1e-6}):
+        robot = Robot(reference=False, sigma=0.5, tying=settings)
         robot.begin()
         robot.look()
         robot.sharing.take("bob", message_of(*SEEN[:3]), 2.5)
-        assert robot.sharing.place_due(3.0) is None
+        assert robot.sharing.place_due((), 3.0) is None
         assert not robot.sharing.tied
 
 
@@ -207,47 +208,63 @@ def test_one_that_was_started_anew_looks_where_it_was_seen_last() -> None:
     assert tied(robot).T_map_odom.distance_to(T_MAP_OWN) < 0.08
 
 
-def test_one_that_hears_nobody_goes_on_from_where_it_may_be_and_corrects_that_later() -> None:
-    robot = Robot(first=False, alone_s=5.0)
+def test_a_tie_that_is_a_little_off_is_mended_and_all_poses_are_told_anew() -> None:
+    robot = Robot(reference=False, sigma=0.5)
+    robot.begin()
+    robot.sharing.take("bob", message_of(*SEEN), 0.5)
+    true = tied(robot).T_map_odom
+    off = true @ Pose2(0.06, 0.0, 0.02)
+    robot.sharing.place.T_map_own = off
+    robot.sharing._tie(off)
+    for _ in range(4):
+        robot.look(Pose2(0.05, 0.0, 0.4))
+    robot.sharing.tick(robot.now + 10.0)
+    placed = robot.sharing.place_due((), robot.now + 20.0)
+    assert placed is not None and placed.T_map_odom.distance_to(true) < 0.04
+    robot.sharing.tick(robot.now + 30.0)
+    assert robot.sharing.sync.log.own.version >= 1
+    last = poses_of(robot)[-1]
+    assert last.distance_to(robot._T_map_base) < 0.04
+
+
+def test_one_that_hears_nobody_settles_where_it_may_be_and_corrects_that_later() -> None:
+    robot = Robot(first=False, tying={"alone_s": 3.0, "settle_s": 5.0})
     robot.told = joined(Pose2(0.1, -0.2, 0.0))
     robot.begin()
-    for _ in range(4):
+    for _ in range(5):
         robot.look(Pose2(0.0, 0.0, 0.3))
-        assert robot.sharing.place_due(robot.now) is None
+        robot.sharing.place_due((), robot.now)
+        assert not robot.sharing.tied
     robot.look()
-    placed = robot.sharing.place_due(robot.now)
+    placed = robot.sharing.place_due((), robot.now)
     assert placed is not None and placed.matched and robot.sharing.tied
     assert placed.T_map_odom.distance_to(Pose2(0.1, -0.2, 0.0)) < 0.01
-    assert len(poses_of(robot)) == 5, "what it saw before is told now"
-    assert robot.sharing.whereabouts.sigma[0] > 0.3, "it says that it does not know for sure"
+    assert len(poses_of(robot)) == 6, "what it saw before is told now"
+    assert robot.sharing.place.whereabouts.sigma[0] > 0.3, "it does not say that it is sure"
     robot.sharing.hears("bob", robot.now)
     robot.sharing.take("bob", message_of(*SEEN), robot.now)
     for _ in range(12):
         robot.look(Pose2(0.0, 0.0, 0.5))
-        robot.sharing.place_due(robot.now + 1.0)
-        if robot.sharing.whereabouts.sigma == (0.0, 0.0):
-            break
-    assert robot.sharing.whereabouts.T_map_own.distance_to(T_MAP_OWN) < 0.08
+        robot.sharing.place_due((), robot.now + 10.0)
+    assert robot.sharing.place.whereabouts.sigma == (0.0, 0.0)
     assert poses_of(robot)[0].distance_to(T_MAP_OWN) < 0.08, "what it told is put right"
-    told = len(poses_of(robot))
-    robot.look()
-    assert len(poses_of(robot)) == told + 1
 
 
 def test_one_that_hears_somebody_waits_until_it_knows_where_it_is() -> None:
-    robot = Robot(first=False, alone_s=5.0)
+    robot = Robot(first=False, tying={"alone_s": 3.0, "settle_s": 5.0})
     robot.begin()
     for _ in range(12):
         robot.look(Pose2(0.0, 0.0, 0.3))
         robot.sharing.hears("bob", robot.now)
-        assert robot.sharing.place_due(robot.now) is None
+        robot.sharing.place_due((), robot.now)
+        assert not robot.sharing.tied
 
 
 def tied(robot: Robot) -> PoseUpdate:
     """Let a robot turn until it knows where it is; a place is believed that comes again."""
     for _ in range(12):
         robot.look(Pose2(0.0, 0.0, 0.5))
-        placed = robot.sharing.place_due(robot.now + 1.0)
+        placed = robot.sharing.place_due((), robot.now + 1.0)
         if placed is not None:
             return placed
     raise AssertionError("it never found its place")

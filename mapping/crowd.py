@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mapping.geometry import IDENTITY, Floats, Pose2, fit_rigid, wrap_angle
-from server.sighting_pairs import SightingPair
+from mapping.sighting_pairs import SightingPair
 
 # Sightings this close to each other [m] are of the same disc.
 SAME = 0.15

@@ -19,9 +19,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mapping.crowd import SAME, View, lay_together
 from mapping.geometry import Floats, Pose2, fit_rigid, wrap_angle
-from server.crowd import SAME, View, lay_together
-from server.sighting_pairs import SightingPair, sure_pairs
+from mapping.sighting_pairs import SightingPair, sure_pairs
 
 # A robot that moved farther than this [m] from where it looked around no longer counts.
 STANDING = 0.1
@@ -79,6 +79,23 @@ class MutualSightings:
     def forget(self, robot: str) -> None:
         """A robot starts anew."""
         self._lookouts.pop(robot, None)
+
+    def lookout(self, robot: str) -> Lookout | None:
+        """Return what a robot saw so far, None if it told nothing."""
+        return self._lookouts.get(robot)
+
+    def put(self, robot: str, place_odom: Floats, turn_variance: float, discs: Floats) -> None:
+        """Take over all that a robot saw, from its own `Lookout`.
+
+        Args:
+            robot: its name.
+            place_odom: where it stood (2,) [m], odom frame.
+            turn_variance: of its heading [rad^2].
+            discs: (k, 2) [m] where it saw discs often enough, odom frame.
+        """
+        often = np.full((len(discs), 1), float(_SEEN_LEAST))
+        sums = np.hstack((discs * often, often))[:_DISCS_MOST]
+        self._lookouts[robot] = Lookout(place_odom, turn_variance, sums)
 
     def add(
         self, robot: str, T_odom_base: Pose2, covariance: Floats, sightings_odom: Floats

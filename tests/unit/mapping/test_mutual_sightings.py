@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mapping.geometry import IDENTITY, Pose2
-from server.mutual_sightings import MutualSightings
+from mapping.mutual_sightings import MutualSightings
 
 NONE = np.zeros((3, 3))
 
@@ -150,3 +150,12 @@ def test_ten_that_stand_close_are_told_apart_or_left_alone(jitter: float, seed: 
         assert relation.T_a_b.distance_to(starts[a].inverse() @ starts[b]) < 1e-6
     if jitter:
         assert len({a for a, _ in relations}) == 10
+
+
+def test_what_a_robot_tells_that_it_saw_is_taken_as_if_it_had_been_seen_here() -> None:
+    starts = {"a": Pose2(2.0, 2.0, 0.7), "b": Pose2(2.8, 2.0, -0.2)}
+    mine = look(starts, {"a": "b"})
+    theirs = look(starts, {"b": "a"}).lookout("b")
+    assert theirs is not None and mine.lookout("b") is None
+    mine.put("b", theirs.place_odom, theirs.turn_variance, theirs.discs)
+    assert_true(mine, starts, 2)
