@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from protocol.messages import TeamPoses
-from protocol.peer_messages import Beacon
+from protocol.peer_messages import Beacon, LastHeard
 
 # A member that knows its place no better than this does not know it [m].
 PLACED_M = 0.3
@@ -17,11 +17,13 @@ class Crew:
     Attributes:
         beacons: by name, the newest.
         stamps: by name, when it was sent [s], mission time, but never later than it was heard.
+        left: by name, where one was that was started anew since.
     """
 
     def __init__(self) -> None:
         self.beacons: dict[str, Beacon] = {}
         self.stamps: dict[str, float] = {}
+        self.left: dict[str, LastHeard] = {}
 
     def hear(self, name: str, beacon: Beacon, stamp: float, now: float) -> bool:
         """Take a beacon; return whether it is newer than what was heard before.
@@ -38,8 +40,18 @@ class Crew:
         stamp = min(stamp, now)
         if stamp <= self.stamps.get(name, -1.0):
             return False
+        before = self.beacons.get(name)
+        if before is not None and before.life < beacon.life and before.sigma_m <= PLACED_M:
+            self.left[name] = LastHeard(
+                life=before.life, stamp_s=max(self.stamps[name], 0.0), T_map_base=before.T_map_base
+            )
         self.beacons[name], self.stamps[name] = beacon, stamp
         return True
+
+    def last_heard(self, name: str) -> LastHeard | None:
+        """Return where one was before it was started anew, if it does not know where it is."""
+        lost = name in self.beacons and self.beacons[name].sigma_m > PLACED_M
+        return self.left.get(name) if lost else None
 
     def heard_within(self, period: float, now: float) -> list[str]:
         """Return who was heard in the last `period` [s], sorted."""
@@ -72,6 +84,7 @@ class Crew:
         """Forget a member that is not listened to any more."""
         self.beacons.pop(name, None)
         self.stamps.pop(name, None)
+        self.left.pop(name, None)
 
     def team_poses(self, since: float = -1.0) -> TeamPoses:
         """Return where everybody is, except for those who do not know it.

@@ -36,7 +36,7 @@ from protocol.operator_messages import (
     StopRequest,
     VisitRequest,
 )
-from protocol.peer_messages import Beacon, Lookout, Presence
+from protocol.peer_messages import Beacon, LastHeard, Lookout, Presence
 
 FleetMessage = Annotated[
     Hello
@@ -70,6 +70,7 @@ FleetMessage = Annotated[
     | LogWant
     | Beacon
     | Presence
+    | LastHeard
     | Lookout,
     Field(discriminator="type"),
 ]

@@ -127,6 +127,19 @@ class Beacon(PackedMessage):
         return fields
 
 
+class LastHeard(Message):
+    """Where you were when I last heard you, before you were started anew.
+
+    Told to a teammate that lives a later life than `life` and does not know where it is.
+    `T_map_base` is where it said that it was, at mission time `stamp_s`.
+    """
+
+    type: Literal["last_heard"] = "last_heard"
+    life: Count
+    stamp_s: Annotated[float, Field(ge=0.0, le=1e9, allow_inf_nan=False)]
+    T_map_base: PoseField
+
+
 class Presence(PackedMessage):
     """Here I am, somebody who holds the logs but has no body: a server that listens."""
 

@@ -9,7 +9,7 @@ from mapping.geometry import IDENTITY, Pose2
 from mapping.placed_by_sight import Guess
 from protocol.log.sync import LogSync
 from protocol.messages import ScanReport
-from protocol.peer_messages import Lookout
+from protocol.peer_messages import LastHeard, Lookout
 from protocol.world_messages import Joined
 from robot_agent.decentral.alignment import Placed
 from robot_agent.decentral.lookouts import Frame, Lookouts
@@ -42,6 +42,7 @@ class OwnPlace:
         self._reference = reference
         self._left = left
         self._first = True  # whether it stands where it was told
+        self._heard: LastHeard | None = None  # where others last heard it, before it started anew
         self._told = Whereabouts(IDENTITY, (0.0, 0.0))
         self._errors = (0.0, 0.0)
         self._tying = Tying(settings)
@@ -77,7 +78,21 @@ class OwnPlace:
     @property
     def _thought(self) -> Whereabouts:
         """Where it lies as far as the robot was told, or as it was when its software ended."""
-        return self._told if self._first else left_at(self._sync, self._left, self._told)
+        return (
+            self._told
+            if self._first
+            else left_at(self._sync, self._left, self._heard_at, self._told)
+        )
+
+    @property
+    def _heard_at(self) -> Pose2 | None:
+        return None if self._heard is None else self._heard.T_map_base
+
+    def hear(self, word: LastHeard) -> None:
+        """Take in where a teammate last heard this robot before it was started anew."""
+        if word.life < self._sync.log.me.life:
+            newest = self._heard is None or word.stamp_s > self._heard.stamp_s
+            self._heard = word if newest else self._heard
 
     def see(self, report: ScanReport) -> None:
         """Take in whom the robot saw from its start."""

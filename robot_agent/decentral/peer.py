@@ -17,7 +17,7 @@ from protocol.codec import Header
 from protocol.effects import Effect, Event, Note, Received, Rejected, Send
 from protocol.log.messages import LogHave, LogWant, Observations, PoseSet
 from protocol.messages import EVERYONE, SERVER, WORLD, Message
-from protocol.peer_messages import Beacon, Lookout
+from protocol.peer_messages import Beacon, LastHeard, Lookout
 from protocol.world_messages import Joined, Through
 from robot_agent.agent import Agent
 from robot_agent.decentral.beaconing import Beaconing
@@ -219,9 +219,13 @@ class Peer:
         if isinstance(message, Beacon):
             newer, award = self.choosing.hear(source, message, header.stamp, now)
             effects = self._tell(self.choosing.team_poses(now), now) if newer else []
+            left = self.choosing.crew.last_heard(source)
+            effects += [Send("radio", source, left)] if newer and left else []
             return effects + (self._tell(award, now) if award else [])
         elif isinstance(message, Lookout):
             self.sharing.place.lookouts.hear(source, message)
+        elif isinstance(message, LastHeard):
+            self.sharing.place.hear(message)
         elif isinstance(message, words.TightPlace):
             return self._tell(message, now)
         return []

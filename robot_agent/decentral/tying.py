@@ -57,16 +57,21 @@ def told_at_start(joined: Joined) -> Whereabouts:
     return Whereabouts(joined.start or Pose2(0.0, 0.0, 0.0), sigma)
 
 
-def left_at(sync: LogSync, kept: Pose2 | None, told: Whereabouts) -> Whereabouts:
+def left_at(
+    sync: LogSync, kept: Pose2 | None, heard: Pose2 | None, told: Whereabouts
+) -> Whereabouts:
     """Return where a robot was before its software was started anew.
 
     Args:
         sync: what is held of its earlier lives shows where it was seen last.
         kept: where it wrote down itself that it was, or None.
+        heard: where others last heard it say that it was, or None.
         told: where it was told that it started, if nothing else is known.
     """
     if kept is not None:
         return Whereabouts(kept, _KEPT_SIGMA)
+    if heard is not None:
+        return Whereabouts(heard, _LEFT_SIGMA)
     me = sync.log.me
     for author in sorted(sync.log.authors(), reverse=True):
         log = sync.log.of(author)

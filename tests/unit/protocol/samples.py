@@ -166,6 +166,7 @@ def examples() -> dict[str, Message]:
             path_map=f32(1.0, 2.0, 3.0, 4.0).reshape(2, 2),
         ),
         peers.Presence(),
+        peers.LastHeard(life=0, stamp_s=12.5, T_map_base=POSE),
         peers.Lookout(
             life=0,
             T_map_own=POSE,

@@ -78,3 +78,20 @@ def test_bodies_are_of_those_that_were_just_heard_and_know_their_place() -> None
     crew.hear("ada", beacon(1.0, radius_m=0.3), 1.0, 1.0)
     assert crew.bodies(1.0) == [("ada", 1.0, 0.0, 0.3), ("cy", 3.0, 0.0, 0.25)]
     assert [name for name, *_ in crew.bodies(1.5)] == ["cy"]
+
+
+def test_where_one_was_is_remembered_until_it_knows_its_place_again() -> None:
+    crew = Crew()
+    crew.hear("ada", beacon(1.0), 4.0, 4.0)
+    assert crew.last_heard("ada") is None and crew.last_heard("bob") is None
+    crew.hear("ada", beacon(9.0, life=1, sigma_m=0.7), 5.0, 5.0)
+    crew.hear("ada", beacon(9.5, life=1, sigma_m=0.7), 6.0, 6.0)
+    left = crew.last_heard("ada")
+    assert left is not None and (left.life, left.stamp_s, left.T_map_base.x) == (0, 4.0, 1.0)
+    crew.hear("ada", beacon(1.5, life=1, sigma_m=0.0), 7.0, 7.0)
+    assert crew.last_heard("ada") is None
+    crew.hear("ada", beacon(9.0, life=2, sigma_m=0.7), 8.0, 8.0)
+    left = crew.last_heard("ada")
+    assert left is not None and (left.life, left.T_map_base.x) == (1, 1.5)
+    crew.forget("ada")
+    assert crew.left == {}

@@ -6,6 +6,7 @@ import math
 
 from mapping.geometry import IDENTITY, Pose2
 from protocol.messages import ScanReport
+from protocol.peer_messages import LastHeard
 from protocol.world_messages import Joined
 from robot_agent.decentral.own_place import OwnPlace
 from robot_agent.decentral.settings import TyingSettings
@@ -93,3 +94,13 @@ def test_once_it_knows_it_looks_whether_that_is_true() -> None:
     assert place.mend(own, OTHERS, 0.1, 20.0)
     assert place.T_map_own.distance_to(TRUE) < 0.03
     assert not place.mend(own, OTHERS, 0.1, 30.0)
+
+
+def test_who_started_anew_is_about_where_others_last_heard_it() -> None:
+    place = OwnPlace(sync_of("b", life=1), SETTINGS, reference=False)
+    place.begin(Joined(lockstep=True, now_s=0.0, step_s=0.1), first=False)
+    place.hear(LastHeard(life=0, stamp_s=5.0, T_map_base=TRUE))
+    place.hear(LastHeard(life=0, stamp_s=4.0, T_map_base=IDENTITY))
+    place.hear(LastHeard(life=1, stamp_s=9.0, T_map_base=IDENTITY))  # that is this very life
+    assert place.whereabouts.T_map_own == TRUE
+    assert place.whereabouts.sigma[0] > 0.5

@@ -8,7 +8,7 @@ from mapping.geometry import IDENTITY, Pose2
 from protocol import messages as words
 from protocol.effects import Effect, Note, PeerLeft, Rejected, Send, Stop
 from protocol.log.messages import LogHave, Observations
-from protocol.peer_messages import Beacon, Lookout
+from protocol.peer_messages import Beacon, LastHeard, Lookout
 from protocol.world_messages import Join, Ping, Shutdown, Through
 from tests.unit.protocol.test_crew import beacon
 from tests.unit.robot_agent.decentral.peer_rig import Rig, seen_by
@@ -182,6 +182,20 @@ def test_a_second_start_is_not_taken_for_where_it_was_told() -> None:
     effects = rig.live(1.0)
     assert not rig.sharing.tied
     assert of_type(effects, Observations) == []
+
+
+def test_a_teammate_that_started_anew_is_told_where_it_was() -> None:
+    rig = joined()
+    rig.radio("bob", beacon(1.0, sigma_m=0.0))
+    assert of_type(rig.radio("bob", beacon(1.0, sigma_m=0.0)), LastHeard) == []
+    rig.live(1.0)
+    effects = rig.radio("bob", beacon(0.0, life=1, sigma_m=0.7))
+    (word,) = of_type(effects, LastHeard)
+    assert (word.life, word.T_map_base.x) == (0, 1.0)
+    again = Rig(life=1)
+    again.join()
+    again.radio("ann", word)
+    assert again.sharing.place.whereabouts.T_map_own.x == 1.0
 
 
 # --- one that was told its start with an error ---------------------------------------------------

@@ -152,12 +152,13 @@ def test_starts_are_told_with_both_errors_in_three_sigmas() -> None:
 
 def test_one_started_anew_is_where_it_wrote_down_that_it_was() -> None:
     sync, started = sync_of(life=1), Whereabouts(IDENTITY, (0.1, 0.1))
-    assert left_at(sync, SEEN[2], started).T_map_own == SEEN[2]
-    assert left_at(sync, None, started).T_map_own == IDENTITY
-    assert left_at(sync, None, started).sigma[0] > 0.5
+    assert left_at(sync, SEEN[2], SEEN[1], started).T_map_own == SEEN[2]
+    assert left_at(sync, None, None, started).T_map_own == IDENTITY
+    assert left_at(sync, None, None, started).sigma[0] > 0.5
     message = seen_by("bob", SEEN[1], SEEN[3]).model_copy(update={"author": "me"})
     sync.handle("bob", message, 1.0)  # type: ignore[arg-type]
-    assert left_at(sync, None, started).T_map_own.distance_to(SEEN[3]) < 2e-3
+    assert left_at(sync, None, None, started).T_map_own.distance_to(SEEN[3]) < 2e-3
+    assert left_at(sync, None, SEEN[1], started).T_map_own == SEEN[1]
 
 
 # --- looking ------------------------------------------------------------------------------------
