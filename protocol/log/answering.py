@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from protocol.log.author_log import Author, Entry
 from protocol.log.earlier_poses import own_poses_at
 from protocol.log.messages import (
     ENTRIES_IN_FRAME,
@@ -18,7 +19,7 @@ from protocol.log.messages import (
     observations,
     pose_set,
 )
-from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.observation_log import ObservationLog
 from protocol.log.settings import LogSyncSettings
 from protocol.log.telling import ENTRY_OVERHEAD, FRAME_OVERHEAD
 from protocol.messages import EVERYONE

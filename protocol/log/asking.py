@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from protocol.log.author_log import Author
 from protocol.log.messages import RANGES_IN_FRAME, LogWant, listing
-from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.observation_log import ObservationLog
 from protocol.log.peers import Claim, Peers
 from protocol.log.settings import LogSyncSettings
 from protocol.number_ranges import ranges_of

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from protocol.log.observation_log import AuthorLog, ObservationLog
+from protocol.log.author_log import AuthorLog
+from protocol.log.observation_log import ObservationLog
 from protocol.log.pose_coding import PoseTable
 
 

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from typing import Protocol
 
 from mapping.geometry import Pose2
-from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.author_log import Author
+from protocol.log.observation_log import ObservationLog
 from protocol.log.pose_coding import pose_of
 from protocol.log.sync import LogSync
 

@@ -28,9 +28,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from protocol.log.author_log import Author, AuthorLog, Entry, PoseRevision
 from protocol.log.earlier_poses import poses_of_first
 from protocol.log.messages import Observations, PoseSet, entries_of
-from protocol.log.observation_log import Author, AuthorLog, Entry, ObservationLog, PoseRevision
+from protocol.log.observation_log import ObservationLog
 from protocol.log.peers import Peers
 from protocol.log.pose_coding import unpack_poses, within_reach
 from protocol.log.settings import LogSyncSettings

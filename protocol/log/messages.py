@@ -15,7 +15,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from protocol.fields import ArrayField, Name
-from protocol.log.observation_log import Author, Entry
+from protocol.log.author_log import Author, Entry
 from protocol.log.packing import (
     pack_listing,
     pack_ranges,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from protocol.log.observation_log import Author
+from protocol.log.author_log import Author
 from protocol.number_ranges import Range, holds
 
 _PEERS = 256  # a hostile sender invents names; no more are remembered

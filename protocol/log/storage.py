@@ -10,7 +10,8 @@ import numpy as np
 
 from protocol.errors import DamagedLogError
 from protocol.fields import is_name
-from protocol.log.observation_log import Author, Entry, ObservationLog, PoseRevision
+from protocol.log.author_log import Author, Entry, PoseRevision
+from protocol.log.observation_log import ObservationLog
 
 _MAGIC = b"observation log 1\n"
 

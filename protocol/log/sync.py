@@ -23,6 +23,7 @@ from protocol.effects import Effect, Note, Send
 from protocol.log.announcing import Announcing
 from protocol.log.answering import Answering
 from protocol.log.asking import Asking
+from protocol.log.author_log import Author
 from protocol.log.intake import Intake
 from protocol.log.messages import (
     RANGES_IN_FRAME,
@@ -33,7 +34,7 @@ from protocol.log.messages import (
     authors_of,
     listing,
 )
-from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.observation_log import ObservationLog
 from protocol.log.peers import Claim, Peers
 from protocol.log.pose_coding import PoseSteps, PoseTable, within_reach
 from protocol.log.settings import LogSyncSettings

@@ -10,8 +10,8 @@ from expedition.commands.options import settings_from
 from expedition.team import TeamSettings
 from protocol.effects import Note
 from protocol.in_process import run_in_process
+from protocol.log.author_log import Author
 from protocol.log.messages import LogHave, LogWant, Observations, PoseSet
-from protocol.log.observation_log import Author
 from protocol.map_cells import map_digest, quantise
 from robot_agent.decentral.peer import Peer
 from sim_world.world import World

@@ -11,8 +11,9 @@ from mapping.observation_coding import Observation, encode_observation
 from mapping.shared_map import SharedMap
 from mapping.team_map import TeamMap
 from protocol.effects import Rejected
+from protocol.log.author_log import Author, Entry
 from protocol.log.held_log import HeldLog
-from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.observation_log import ObservationLog
 from protocol.log.pose_coding import pose_steps
 from server.settings import MapSettings
 from tests.unit.protocol.test_crew import beacon

@@ -14,8 +14,8 @@ from protocol import messages as words
 from protocol import operator_messages as asks
 from protocol.codec import Header
 from protocol.effects import Effect, PeerLeft, Received, Rejected, Send, Stop
+from protocol.log.author_log import Author, Entry
 from protocol.log.messages import LogHave, Observations
-from protocol.log.observation_log import Author, Entry
 from protocol.messages import Message
 from protocol.peer_messages import Presence
 from protocol.world_messages import Finished, Join, Ping, Through

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from protocol.log.answering import Answering
+from protocol.log.author_log import Author
 from protocol.log.messages import LogWant, Observations, PoseSet
-from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.observation_log import ObservationLog
 from protocol.log.settings import LogSyncSettings
 
 ME = Author("me", 0)

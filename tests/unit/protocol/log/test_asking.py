@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from protocol.log.asking import Asking
+from protocol.log.author_log import Author, Entry, PoseRevision
 from protocol.log.messages import LogWant
-from protocol.log.observation_log import Author, Entry, ObservationLog, PoseRevision
+from protocol.log.observation_log import ObservationLog
 from protocol.log.peers import Claim, Peers
 from protocol.log.settings import LogSyncSettings
 

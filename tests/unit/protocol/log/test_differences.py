@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from protocol.log.answering import Answering
 from protocol.log.asking import _Asked
+from protocol.log.author_log import Author
 from protocol.log.messages import LogWant, PoseSet, pose_set
-from protocol.log.observation_log import Author, ObservationLog
+from protocol.log.observation_log import ObservationLog
 from protocol.log.peers import Peers
 from protocol.log.pose_coding import PoseTable
 from protocol.log.settings import LogSyncSettings

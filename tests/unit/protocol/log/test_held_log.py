@@ -5,8 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.geometry import Pose2
+from protocol.log.author_log import Author, Entry, PoseRevision
 from protocol.log.held_log import HeldLog
-from protocol.log.observation_log import Author, Entry, ObservationLog, PoseRevision
+from protocol.log.observation_log import ObservationLog
 
 ANN, BOB = Author("ann", 0), Author("bob", 1)
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from protocol.log.author_log import Author, Entry
 from protocol.log.messages import LogHave, LogMessage, LogWant, Observations, PoseSet, observations
-from protocol.log.observation_log import Author, Entry
 from protocol.log.pose_coding import pack_poses
 from tests.unit.protocol.log.network import Links, Network
 

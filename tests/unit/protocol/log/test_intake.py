@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from protocol.log.author_log import Author, Entry
 from protocol.log.intake import LIAR, Intake
 from protocol.log.messages import Observations, PoseSet, observations
-from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.observation_log import ObservationLog
 from protocol.log.peers import Claim, Peers
 from protocol.log.pose_coding import pack_poses
 from protocol.log.settings import LogSyncSettings

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.codec import encode, frame_bytes
+from protocol.log.author_log import Author, Entry
 from protocol.log.messages import (
     LogHave,
     LogWant,
@@ -15,7 +16,6 @@ from protocol.log.messages import (
     observations,
     pose_set,
 )
-from protocol.log.observation_log import Author, Entry
 from protocol.log.pose_coding import unpack_poses
 from tests.unit.protocol.samples import header_of
 

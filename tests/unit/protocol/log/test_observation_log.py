@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.log.observation_log import Author, Changes, Entry, ObservationLog, PoseRevision
+from protocol.log.author_log import Author, Entry, PoseRevision
+from protocol.log.observation_log import Changes, ObservationLog
 
 ANN = Author("ann", 0)
 BEN = Author("ben", 2)

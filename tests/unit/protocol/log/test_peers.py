@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from protocol.log.observation_log import Author
+from protocol.log.author_log import Author
 from protocol.log.peers import Claim, Peers
 
 ANN = Author("ann", 0)

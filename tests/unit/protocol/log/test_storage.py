@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.errors import DamagedLogError
-from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.author_log import Author, Entry
+from protocol.log.observation_log import ObservationLog
 from protocol.log.storage import dump, load
 
 ANN = Author("ann", 1)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from protocol.log.author_log import Author, Entry
 from protocol.log.messages import LogHave, LogWant, Observations, PoseSet, observations
-from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.observation_log import ObservationLog
 from protocol.log.settings import LogSyncSettings
 from protocol.log.sync import LogSync, Outgoing
 from tests.unit.protocol.log.invariants import check

@@ -14,8 +14,9 @@ from mapping.shared_map import SharedMap
 from mapping.team_map import TeamMap
 from protocol.codec import Header
 from protocol.effects import Effect, Received
+from protocol.log.author_log import Author, Entry
 from protocol.log.messages import observations
-from protocol.log.observation_log import Author, Entry, ObservationLog
+from protocol.log.observation_log import ObservationLog
 from protocol.log.pose_coding import pose_steps
 from protocol.log.sync import LogSync
 from protocol.messages import Message

@@ -10,8 +10,8 @@ from mapping.estimator import OthersScan
 from mapping.geometry import IDENTITY, Floats, Pose2
 from protocol.body import Body, Drive
 from protocol.effects import Send
+from protocol.log.author_log import Author, Entry
 from protocol.log.messages import LogHave, LogMessage, Observations, PoseSet
-from protocol.log.observation_log import Author, Entry
 from protocol.log.pose_coding import pose_of, pose_steps
 from protocol.messages import MapSnapshot, PoseUpdate, ScanReport
 from protocol.reported_scan import scan_of
