@@ -184,7 +184,7 @@ class Choosing:
         if not self._decision.stands_by or bid is None or planning_map is None:
             self._standing_by.end()
             return award
-        if self._decision.homing:
+        if self._decision.homing or self._decision.settled:
             self._standing_by.look_again(now)  # it was through with all: what came up is but little
             return None
         where = self._agent.pose_map()

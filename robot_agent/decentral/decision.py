@@ -19,6 +19,7 @@ import numpy as np
 from coordination.bid import RobotBid, near
 from coordination.lease import Lease, LeaseTerms
 from coordination.strategy import Choice, ChoosesAlone, Region, Strategy
+from coordination.task import Point
 from coordination.tried_places import TriedPlaces
 from mapping.geometry import Floats
 from protocol.messages import Award, TaskEnd
@@ -41,12 +42,15 @@ class Decision:
         region: what it is exploring, or None.
         idle_since: since when it finds nothing worth a trip [s], or None while it does.
         stands_by: whether all that is worth a trip is left to teammates.
+        settled: whether it had found nothing for a while before that came up.
     """
 
     def __init__(self, robot: str, strategy: Strategy, settings: DecisionSettings) -> None:
         self.region: Region | None = None
         self.idle_since: float | None = None
         self.stands_by = False
+        self.settled = False
+        self._gone_since: float | None = None  # what is in hand was worth nothing since then
         self._robot = robot
         self._strategy = strategy
         self._settings = settings
@@ -198,17 +202,29 @@ class Decision:
         """
         worth = left.only((left.gains >= self._strategy.min_gain) & (left.gains > 0.0))
         if self.region is not None:
-            goal, here = self.region.goal, left.T_map_base
-            left_to_mate = near(worth.places, goal, _AT_GOAL).any()
-            # The map may lose a frontier just before the robot sees all of it: look at it then.
-            if not left_to_mate and math.dist(goal, (here.x, here.y)) <= _LOOKS_STILL:
+            if self._goes_on(self.region.goal, worth, now):
                 return
             self.region = None
         self.stands_by = len(worth) > 0
         if self.stands_by:
+            if self.idle_since is not None:
+                self.settled |= now - self.idle_since >= self._settings.quiet_s
             self.idle_since = None
         elif self.idle_since is None:
             self.idle_since = now
+
+    def _goes_on(self, goal: Point, worth: RobotBid, now: float) -> bool:
+        """Whether the robot drives on to a goal that is not free any more.
+
+        Not if it is left to a teammate, nor, far from it, if it has been worth nothing for a while.
+        Close by it looks: the map may lose a frontier just before the robot sees all of it.
+        """
+        if near(worth.places, goal, _AT_GOAL).any():
+            return False
+        self._gone_since = now if self._gone_since is None else self._gone_since
+        here = worth.T_map_base
+        close = math.dist(goal, (here.x, here.y)) <= _LOOKS_STILL
+        return close or now - self._gone_since < self._settings.quiet_s
 
     def _own_choice(self, bids: list[RobotBid]) -> Choice | None:
         """Return what the strategy chooses for this robot, whose bid comes first."""
@@ -221,7 +237,8 @@ class Decision:
 
     def _explore(self, choice: Choice, now: float) -> Award | None:
         """Return the award of a place, None if it is the one in hand."""
-        self.idle_since, self.stands_by = None, False
+        self.idle_since, self._gone_since = None, None
+        self.stands_by = self.settled = False
         self._home, self._home_failures = False, 0
         same = self.region is not None and math.dist(self.region.goal, choice.goal) < 0.1
         goal = self.region.goal if same and self.region else choice.goal

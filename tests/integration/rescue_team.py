@@ -98,6 +98,18 @@ class Watched:
             for name, log in logs.items()
         }
 
+    def counts(self) -> dict[str, int]:
+        """How many observations each robot has made."""
+        return {name: peer.sharing.sync.log.own.count for name, peer in self.peers.items()}
+
+    def bytes_since(self, counts: dict[str, int]) -> int:
+        """Bytes of the observations that robots have made since they had made so many."""
+        size = 0
+        for name, peer in self.peers.items():
+            entries = peer.sharing.sync.log.own.entries
+            size += sum(len(entries[n].what.payload) + 12 for n in entries if n > counts[name])
+        return size
+
     def missing_bytes(self) -> int:
         """Bytes of entries and newest poses that some robot holds and another one does not."""
         logs = [peer.sharing.sync.log for peer in self.peers.values()]

@@ -61,6 +61,7 @@ def test_loss_doubles_and_disorder_leave_no_gap() -> None:
 def test_a_partition_longer_than_anybody_waits_heals() -> None:
     watched = Watched(rescue(ALONE, KNOWN, PARTED, max_time=900.0))
     before, missing, equal = 0, 0, 0.0
+    counts: dict[str, int] = {}
     alone: set[str] = set()
 
     def look(now: float) -> None:
@@ -69,6 +70,7 @@ def test_a_partition_longer_than_anybody_waits_heals() -> None:
             alone.update(name for name, peer in watched.peers.items() if peer.choosing.through)
             before = watched.log_bytes()["air"]
             missing = watched.missing_bytes() if now > HEALED - 0.15 else 0
+            counts.update(watched.counts())
         elif not equal and len(set(watched.held().values())) == 1:
             equal = now
 
@@ -76,9 +78,14 @@ def test_a_partition_longer_than_anybody_waits_heals() -> None:
     assert len(alone) == 4  # each pair was through by itself, and the world waited
     assert any("goes on" in note for note in watched.notes)
     assert HEALED < equal <= HEALED + 30.0
-    healing = watched.log_bytes()["air"] - before
-    print(f"equal {equal - HEALED:.1f} s after healing, {healing} bytes for {missing} missing")
-    assert healing <= 1.2 * missing
+    # What they see from then on, together, is told on top of that.
+    healing, made = watched.log_bytes()["air"] - before, watched.bytes_since(counts)
+    print(
+        f"equal {equal - HEALED:.1f} s after healing; {healing} bytes for {missing} that were "
+        f"missing and {made} made since"
+    )
+    assert healing <= 1.2 * (missing + made)
+    assert made < missing
     check_complete(watched)
 
 

@@ -175,6 +175,14 @@ def test_what_comes_up_for_others_on_its_way_home_does_not_turn_it_round() -> No
     assert mine.due == 6.0 + SETTINGS.wait_period_s
 
 
+def test_one_that_waits_at_home_is_not_sent_out_to_wait() -> None:
+    rig, mine = in_hall()
+    mine.bid(placed(rig), 0.0)
+    assert mine.idle_word(5.0, (0.0, 0.0)) is None
+    mine.crew.hear("robot2", beacon(-0.45, busy=True, goal_map=WEST), 5.5)
+    assert mine.bid(placed(rig, WEST), 6.0) is None
+
+
 def test_one_that_is_through_is_not_disturbed_by_what_others_are_at() -> None:
     mine = idle()
     mine.through = True

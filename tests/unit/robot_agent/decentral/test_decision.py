@@ -145,9 +145,16 @@ def test_it_does_not_go_far_for_what_is_not_worth_it_any_more() -> None:
     mind = decision()
     award = awarded(mind.bid(bid(WEST), {}, 0.0))
     assert mind.bid(bid(), {}, 1.0) is None
-    assert mind.region is None and mind.idle_since == 1.0
-    mind.ended(end(award), 2.0)
-    assert mind.idle_since == 1.0
+    assert mind.region is not None  # maps flicker
+    assert mind.bid(bid(WEST), {}, 2.0) is None
+    assert mind.bid(bid(), {}, 3.0) is None
+    assert mind.bid(bid(), {}, 3.0 + SETTINGS.quiet_s - 0.1) is None
+    assert mind.region is not None
+    gone = 3.0 + SETTINGS.quiet_s
+    assert mind.bid(bid(), {}, gone) is None
+    assert mind.region is None and mind.idle_since == gone
+    mind.ended(end(award), gone + 1.0)
+    assert mind.idle_since == gone
 
 
 def test_when_almost_there_it_goes_on_though_its_place_is_gone_from_the_bid() -> None:
@@ -221,6 +228,19 @@ def test_with_all_left_to_others_it_stands_by_and_is_not_idle() -> None:
     assert mind.stands_by
     assert awarded(mind.again({}, 3.0)).goal_map == WEST  # the teammate has given up
     assert not mind.stands_by
+
+
+def test_one_that_was_idle_for_a_while_is_settled_until_it_explores_again() -> None:
+    mind = decision()
+    claim = [Claim("bob", WEST, 2.0)]
+    mind.bid(bid(), {}, 0.0)
+    mind.bid(bid(WEST), {}, SETTINGS.quiet_s - 0.1, claim)
+    assert mind.stands_by and not mind.settled
+    mind.bid(bid(), {}, 10.0)
+    mind.bid(bid(WEST), {}, 10.0 + SETTINGS.quiet_s, claim)
+    assert mind.stands_by and mind.settled
+    mind.bid(bid(WEST), {}, 20.0)
+    assert not mind.settled
 
 
 def test_it_turns_round_when_a_teammate_comes_there_first() -> None:
