@@ -179,7 +179,7 @@ def test_one_that_waits_at_home_is_not_sent_out_to_wait() -> None:
     rig, mine = in_hall()
     mine.bid(placed(rig), 0.0)
     assert mine.idle_word(5.0, (0.0, 0.0)) is None
-    mine.crew.hear("robot2", beacon(-0.45, busy=True, goal_map=WEST), 5.5)
+    mine.crew.hear("robot2", beacon(-0.45, busy=True, goal_map=WEST), 5.5, 5.5)
     assert mine.bid(placed(rig, WEST), 6.0) is None
 
 
