@@ -14,7 +14,7 @@ from mapping.shared_map import SharedMap
 from protocol.effects import Effect
 from protocol.log.held_log import HeldLog, draw_changes
 from protocol.log.messages import LogMessage, PoseSet
-from protocol.log.pose_coding import PoseTable, pose_of, pose_steps
+from protocol.log.pose_coding import pose_of, pose_steps
 from protocol.log.sync import LogSync, sends
 from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta, MapSnapshot, PoseUpdate, ScanReport
@@ -71,6 +71,7 @@ class Sharing:
         self._turned: MapSnapshot | None = None
         self._told: ScanReport | None = None
         self._rows: list[int] = []  # which report each entry of this start was, from 0
+        self._looked: tuple[OwnPoses | None, Floats] = None, np.zeros((0, 3))  # at its own poses
         self._updated: Pose2 | None = None
         self._next_repose = 0.0
         self._noted = sync.telling.version
@@ -132,7 +133,7 @@ class Sharing:
         T_map_odom = self._own.T_map_own
         if self._told is not None:
             poses_own = self._mapping.reported_poses()[self._rows]
-            self._revise(self._own.table(poses_own), now)
+            self._revise(self._own, poses_own, now)
             T_map_odom = self._own.T_map_odom(poses_own[-1], self._told.T_odom_base)
         if self._updated == T_map_odom:
             return None
@@ -245,10 +246,12 @@ class Sharing:
         self._told = report
         self._rows.append(report.number - 1)
 
-    def _revise(self, table: PoseTable, now: float) -> None:
-        """Tell the poses anew if one of them is off by too much."""
-        settings = self._settings
-        told = own_table(self.sync)
+    def _revise(self, own: OwnPoses, poses_own: Floats, now: float) -> None:
+        """Tell the poses (n, 3), own map, anew if one of them is off by too much."""
+        if own is self._looked[0] and np.array_equal(poses_own, self._looked[1]):
+            return
+        self._looked = own, poses_own
+        settings, told, table = self._settings, own_table(self.sync), own.table(poses_own)
         if moved(told, table, settings.repose_m, math.radians(settings.repose_deg)):
             self.sync.revise(table, now)
 
