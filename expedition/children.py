@@ -6,7 +6,6 @@ once and share memory. No socket, thread or event loop may be open here when the
 
 from __future__ import annotations
 
-import ctypes
 import multiprocessing
 import os
 import signal
@@ -22,6 +21,7 @@ from typing import Any
 
 from expedition import cast
 from expedition.errors import StartError
+from expedition.last_will import end_with_parent
 from expedition.processes import Ties, live_as, play_world, serve
 from expedition.team import TeamSettings
 from protocol.effects import Note
@@ -30,7 +30,6 @@ _PATIENCE_S = 10.0  # how long processes get to write what they know before they
 _START_S = 60.0  # how long the world and the server get until they listen
 _LISTENERS = (cast.WORLD_NAME, cast.SERVER_NAME)
 _FORK = multiprocessing.get_context("fork")
-_PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 @dataclass(slots=True)
@@ -278,7 +277,7 @@ def _child_main(
     tell = _Tell(pipe)
     role = name if name in (cast.WORLD_NAME, cast.SERVER_NAME) else f"agent {name}"
     setproctitle.setproctitle(f"expedition {role}")
-    ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM)
+    end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the launcher decides what Ctrl-C means
     signal.signal(signal.SIGTERM, lambda *_: setattr(tell, "stop", True))
     try:

@@ -10,6 +10,8 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from expedition.last_will import end_with_parent
+
 Row = dict[str, Any]
 _Job = TypeVar("_Job")
 _Done = TypeVar("_Done")
@@ -95,5 +97,6 @@ def run_all(work: Callable[[_Job], _Done], jobs: Iterable[_Job], workers: int = 
     if workers <= 1 or len(todo) <= 1:
         return [work(job) for job in todo]
     # Fresh interpreters: a fork would copy threads and sockets that the caller may hold.
-    with ProcessPoolExecutor(min(workers, len(todo)), get_context("spawn")) as pool:
+    count, context = min(workers, len(todo)), get_context("spawn")
+    with ProcessPoolExecutor(count, context, initializer=end_with_parent) as pool:
         return list(pool.map(work, todo))

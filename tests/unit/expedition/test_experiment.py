@@ -1,4 +1,8 @@
 import math
+import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -40,3 +44,27 @@ def test_jobs_come_back_in_order() -> None:
     assert run_all(math.sqrt, [float(i * i) for i in range(6)], workers=2) == [
         0.0, 1.0, 2.0, 3.0, 4.0, 5.0,
     ]  # fmt: skip
+
+
+def rest(seconds: float) -> None:
+    """A job that only takes time; it says which process does it."""
+    print(os.getpid(), flush=True)
+    time.sleep(seconds)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells them")
+def test_workers_end_with_the_process_that_started_them() -> None:
+    script = f"from {__name__} import rest, run_all; run_all(rest, [60.0, 60.0], workers=2)"
+    root = Path(__file__).parents[3]
+    guarded = f"if __name__ == '__main__':\n    {script.replace('; ', chr(10) + '    ')}\n"
+    with subprocess.Popen(
+        [sys.executable, "-c", guarded], cwd=root, stdout=subprocess.PIPE, text=True
+    ) as started:
+        assert started.stdout is not None
+        workers = [int(started.stdout.readline()) for _ in range(2)]
+        started.kill()
+        started.wait()
+        deadline = time.monotonic() + 10.0
+        while any(Path(f"/proc/{pid}").exists() for pid in workers):
+            assert time.monotonic() < deadline, "a worker lives on"
+            time.sleep(0.05)
