@@ -81,6 +81,9 @@ class ParticleFilter:
         self._T_odom_last = T_odom_base
         self._between: list[tuple[Pose2, Floats]] = []
         self._scans: list[tuple[int, float, float, float]] = []
+        # Where the robot is by the wheels since the map last knew nearly all that it saw.
+        self._anchor, self._loose = T_odom_base, self.covariance
+        self._explained = 0  # end points of the last scan that lie at walls of the map
 
     @property
     def weights(self) -> Floats:
@@ -137,6 +140,7 @@ class ParticleFilter:
         self.T_odom_base, self.covariance = motion.propagate(
             self.T_odom_base, self.covariance, T_before_after
         )
+        self._anchor, self._loose = motion.propagate(self._anchor, self._loose, T_before_after)
         self._T_keyframe_base, self._wheels = motion.propagate(
             self._T_keyframe_base, self._wheels, T_before_after
         )
@@ -149,7 +153,7 @@ class ParticleFilter:
         known = self._track(scan, points)
         if known is None:
             return False, False
-        due = self._due()
+        due = self._due() or self._short_sighted(points)
         if due:
             self._update(scan, points)
         elif self._shows_anew():
@@ -157,20 +161,28 @@ class ParticleFilter:
         return known >= self.settings.known_least, due
 
     def _track(self, scan: LaserScan, points: Floats) -> int | None:
-        """Correct the pose by a scan; return how many end points are known, None for a mismatch."""
+        """Correct the pose by a scan; return how many end points are known, None for a mismatch.
+
+        Scans that show much that the map does not know are matched to the same few walls again and
+        again. Each is weighed against the wheels since the last one that the map knew well, not
+        against what the ones before it made of them: else they hold the robot back, step by step.
+        """
         pose, covariance, _, explained = self._maps.match(
-            self.best, points, self.T_odom_base.as_array(), self.T_odom_base.as_array(),
-            self.covariance,
-        )  # fmt: skip
+            self.best, points, self.T_odom_base.as_array(), self._anchor.as_array(), self._loose
+        )
         known, fit = self._judge(scan, points, pose, explained)
+        self._explained = explained
         if fit < self.settings.fit_least:
             far_pose, far_covariance, far_explained = self._search(points)
             far_known, far_fit = self._judge(scan, points, far_pose, far_explained)
             if far_known >= self.settings.known_least and far_fit >= 0.5 * (1.0 + fit):
                 pose, covariance, known = far_pose, far_covariance, far_known
+                explained = len(points)
             elif fit < self.settings.fit_poor:
                 return None
         self.T_odom_base, self.covariance = pose_from(pose), covariance
+        if explained >= self.particles.anchor_seen * len(points):
+            self._anchor, self._loose = self.T_odom_base, self.covariance
         self._T_keyframe_base = pose_from(self.poses[self.best]).inverse() @ self.T_odom_base
         return known
 
@@ -223,6 +235,17 @@ class ParticleFilter:
             self._T_keyframe_base, particles.update_distance, particles.update_turn
         )
 
+    def _short_sighted(self, points: Floats) -> bool:
+        """Whether much of what a scan shows is not on the map yet, and the robot has moved on.
+
+        What is new there is easily taken for the walls that are known next to it.
+        """
+        particles = self.particles
+        little = self._explained < particles.update_seen * len(points)
+        return little and IDENTITY.moved(
+            self._T_keyframe_base, particles.update_least, particles.update_turn
+        )
+
     def _shows_anew(self) -> bool:
         """Whether a scan between updates shows the walls anew: see `SlamSettings`."""
         T_keyframe_last = self._between[-1][0] if self._between else IDENTITY
@@ -252,6 +275,7 @@ class ParticleFilter:
         self.poses = poses
         self.T_odom_base = pose_from(poses[self.best])
         self.covariance = covariances[parents[self.best]]
+        self._anchor, self._loose = self.T_odom_base, self.covariance
         self._close_update(scan, parents)
 
     def _match(self, points: Floats, predicted: Floats) -> tuple[Floats, Floats, Floats]:

@@ -16,6 +16,12 @@ class ParticleSettings:
         update_distance: the particles are updated after moving this far [m]. Each update draws, and
             what is drawn adds up along a loop: many small steps would drift more than few large.
         update_turn: or after turning this much [rad].
+        update_seen: or, after moving by `update_least` [m], when a smaller share than this of a
+            scan's end points lies at walls of the map: what is new is easily taken for the known
+            walls beside it, and holds the robot back.
+        update_least: see above [m].
+        anchor_seen: a scan of which at least this share lies at walls of the map is what the next
+            ones are compared with the wheels from; one that the map knows less of is not.
         evidence_weight: how much of an independent witness one scan is to the particles' weights;
             scans in a row see the same walls, with the same errors.
         resample_below: particles are drawn anew when their effective number falls below this share.
@@ -29,6 +35,9 @@ class ParticleSettings:
     count: int = 30
     update_distance: float = 1.0
     update_turn: float = 0.8
+    update_seen: float = 0.75
+    update_least: float = 0.25
+    anchor_seen: float = 0.9
     evidence_weight: float = 0.1
     resample_below: float = 0.5
     stay: float = 2.0
