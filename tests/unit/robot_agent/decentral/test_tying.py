@@ -193,6 +193,7 @@ def test_a_place_counts_that_comes_again() -> None:
     assert found is not None and found.distance_to(SEEN[2]) < 0.05
 
 
+@pytest.mark.slow  # as plain Python
 @settings(deadline=None, max_examples=25)
 @given(st.floats(-0.9, 0.9), st.floats(-0.9, 0.9), st.floats(-0.6, 0.6), st.sampled_from(range(5)))
 def test_whatever_start_it_was_told_it_finds_its_place_or_claims_none(
@@ -206,6 +207,7 @@ def test_whatever_start_it_was_told_it_finds_its_place_or_claims_none(
         assert abs(wrap_angle(found.theta - true.theta)) < math.radians(2.0)
 
 
+@pytest.mark.slow  # as plain Python
 @settings(deadline=None, max_examples=15)
 @given(st.floats(-1.0, 1.0), st.floats(-0.2, 0.2), st.floats(-0.3, 0.3))
 def test_along_a_bare_corridor_no_place_is_claimed_but_where_others_saw_it(
