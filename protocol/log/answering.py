@@ -10,8 +10,8 @@ from collections.abc import Iterator
 
 from protocol.log.author_log import Author, Entry
 from protocol.log.earlier_poses import own_poses_at
+from protocol.log.framing import FRAME_OVERHEAD, fill_frame
 from protocol.log.messages import (
-    ENTRIES_IN_FRAME,
     LogWant,
     Observations,
     PoseSet,
@@ -21,7 +21,6 @@ from protocol.log.messages import (
 )
 from protocol.log.observation_log import ObservationLog
 from protocol.log.settings import LogSyncSettings
-from protocol.log.telling import ENTRY_OVERHEAD, FRAME_OVERHEAD
 from protocol.messages import EVERYONE
 from protocol.number_ranges import numbers_of
 
@@ -129,7 +128,8 @@ class Answering:
             keys = [(author, 0)]
         else:
             version = log.entries[number].what.version
-            told, size = self._batch(self._alike(peer, (author, version), several, ripe))
+            alike = self._alike(peer, (author, version), several, ripe)
+            told, size = fill_frame(alike, self._settings.frame_bytes)
             message = observations(author, told, robot, version)
             keys = [(author, n) for n, _ in told]
         self.wanted[peer] = self.wanted.pop(peer)  # the others' turn
@@ -158,17 +158,6 @@ class Answering:
             entry = entries[number].what
             if entry.version == version and self._several((author, number)) == several:
                 yield number, entry
-
-    def _batch(self, alike: Iterator[tuple[int, Entry]]) -> tuple[list[tuple[int, Entry]], int]:
-        """Return as much of it as a frame holds, and its size."""
-        told: list[tuple[int, Entry]] = []
-        size = FRAME_OVERHEAD
-        for number, entry in alike:
-            size += ENTRY_OVERHEAD + len(entry.payload)
-            if told and (size > self._settings.frame_bytes or len(told) >= ENTRIES_IN_FRAME):
-                break
-            told.append((number, entry))
-        return told, size
 
     def _several(self, key: Key) -> bool:
         """Whether so many want it that it is broadcast."""

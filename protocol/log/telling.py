@@ -9,19 +9,16 @@ New poses are told as differences to those that were told before; who lacks thes
 
 from __future__ import annotations
 
-from itertools import groupby
-
 import numpy as np
 
 from protocol.log.earlier_poses import own_poses_at
+from protocol.log.framing import ENTRY_OVERHEAD, FRAME_OVERHEAD, fill_frame
 from protocol.log.messages import ENTRIES_IN_FRAME, LogMessage, observations, pose_set
 from protocol.log.observation_log import ObservationLog
 from protocol.log.peers import Peers
 from protocol.log.pose_coding import STEPS_PER_METRE, PoseTable
 from protocol.log.settings import LogSyncSettings
 
-FRAME_OVERHEAD = 60  # [bytes], about, of a frame of observations
-ENTRY_OVERHEAD = 9  # [bytes], about, of an entry in it: pose, number, size
 _AGAIN = 0.5  # [s]; so soon it is looked again whether all are in reach
 
 
@@ -102,10 +99,11 @@ class Telling:
         """Return the messages that tell all the news."""
         me, own = self._log.me, self._log.own
         told = [(n, own.entries[n].what) for n in range(self.count + 1, own.count + 1)]
-        messages: list[LogMessage] = [
-            observations(me, list(entries), me.robot, version)
-            for version, entries in groupby(told, lambda each: each[1].version)
-        ]
+        messages: list[LogMessage] = []
+        while told:
+            frame, _ = fill_frame(told, self._settings.frame_bytes)
+            messages.append(observations(me, frame, me.robot, own.version))
+            told = told[len(frame) :]
         self.count, self._batch = own.count, None
         return messages + self._new_poses()
 

@@ -39,6 +39,24 @@ def test_a_full_frame_does_not_wait() -> None:
     assert telling.due == 9.0
 
 
+def test_what_waited_for_long_goes_in_several_frames() -> None:
+    """More than one frame can hold, as nobody was in reach."""
+    log = ObservationLog("ann")
+    telling = Telling(log, LogSyncSettings(frame_bytes=1000), Peers(10.0, 70.0))
+    sizes = [1500] + 20 * [185] + 600 * [0]
+    for size in sizes:
+        log.append(bytes(size), (1, 2, 3))
+        telling.news(5.0)
+    told = telling.tell()
+    frames = [message for message in told if isinstance(message, Observations)]
+    assert len(frames) == len(told)
+    numbers = [number for frame in frames for number in frame.numbers]
+    assert numbers == list(range(1, len(sizes) + 1))
+    assert max(len(frame.numbers) for frame in frames) <= 256
+    assert [len(frame.data) for frame in frames[:3]] == [1500, 740, 740]
+    assert telling.due is None
+
+
 def test_new_poses_go_last_and_are_of_what_was_told_before() -> None:
     log = ObservationLog("ann")
     telling = Telling(log, LogSyncSettings(), Peers(10.0, 70.0))
