@@ -9,10 +9,10 @@ import sys
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
-def end_with_parent(how: signal.Signals = signal.SIGTERM) -> None:
-    """Let the kernel send this process a signal when its parent ends, however that ends.
+def end_with_parent() -> None:
+    """Let the kernel terminate this process (SIGTERM) when its parent ends, however that ends.
 
     Nothing happens on systems other than Linux, which cannot do it.
     """
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, how)
+        ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM)

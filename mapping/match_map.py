@@ -16,7 +16,7 @@ from mapping.geometry import Floats, Pose2
 from mapping.grid import CellBox, GridGeometry, OccupancyGrid, Padding
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings, integrate_scan, scan_extent
-from mapping.scan_matching import MatchResult, MatchSettings, match, posterior_density
+from mapping.scan_matching import MatchResult, MatchSettings, matches, posterior_density
 from mapping.scan_points import scan_points, turned_points
 from mapping.surface_map import SurfaceMap, SurfaceSettings
 
@@ -121,8 +121,8 @@ class MatchMap:
         prior_covariance: Floats,
         window: SearchWindow | None = None,
     ) -> MatchResult:
-        """Return the most likely pose of a scan; see `scan_matching.match`."""
-        return match(
+        """Return the most likely pose of a scan; see `scan_matching.matches`."""
+        return matches(
             self.grid,
             self.surfaces,
             scan_points(scan),
@@ -131,7 +131,7 @@ class MatchMap:
             self.settings.matching,
             window,
             (scan.T_base_laser.x, scan.T_base_laser.y),
-        )
+        )[0]
 
     def posterior_density(
         self,

@@ -20,27 +20,25 @@ from mapping.scan_points import scan_points, turned_points
 
 def match_together(
     map_: MatchMap,
-    seen: Sequence[tuple[LaserScan, Pose2]],
+    points: Floats,
+    T_own_base: Pose2,
     guess: Guess,
     window: SearchWindow,
-    most: int | None = None,
 ) -> list[MatchResult]:
-    """Return where the robot was at its last scan, the most likely place first.
+    """Return where the robot was at a pose of its own map, the most likely place first.
 
     Args:
         map_: the map.
-        seen: scans and their poses in the robot's own map; at least one.
+        points: (N, 4) end points in the frame of that pose, see `together`.
+        T_own_base: that pose.
         guess: where its own map may lie.
         window: how far around that to search.
-        most: about so many end points take part; None for all. Scans from one spot share their
-            errors, so that many make a match surer of itself than it may be.
     """
-    T_own_last = seen[-1][1]
     return matches(
         map_.grid,
         map_.surfaces,
-        together(seen, T_own_last, most),
-        guess.T_map_odom @ T_own_last,
+        points,
+        guess.T_map_odom @ T_own_base,
         guess.covariance,
         map_.settings.matching,
         window,
@@ -48,9 +46,16 @@ def match_together(
 
 
 def together(
-    seen: Sequence[tuple[LaserScan, Pose2]], T_own_base: Pose2, most: int | None
+    seen: Sequence[tuple[LaserScan, Pose2]], T_own_base: Pose2, most: int | None = None
 ) -> Floats:
-    """Return end points and facings of scans in the frame of a pose of the robot's, (N, 4)."""
+    """Return end points and facings of scans in the frame of a pose of the robot's, (N, 4).
+
+    Args:
+        seen: scans and their poses in the robot's own map; at least one.
+        T_own_base: the pose, own map.
+        most: about so many end points take part; None for all. Scans from one spot share their
+            errors, so that many make a match surer of itself than it may be.
+    """
     T_base_own = T_own_base.inverse()
     points = np.concatenate(
         [turned_points(scan_points(scan), T_base_own @ pose) for scan, pose in seen]

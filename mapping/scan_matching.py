@@ -121,22 +121,6 @@ def matches(
     return sorted(results, key=lambda result: -result.value)
 
 
-def match(
-    grid: OccupancyGrid,
-    surfaces: SurfaceMap,
-    points_base: Floats,
-    T_map_guess: Pose2,
-    prior_covariance: Floats,
-    settings: MatchSettings,
-    window: SearchWindow | None = None,
-    laser_base: tuple[float, float] | None = None,
-) -> MatchResult:
-    """Return the most likely pose of a scan near a guess; for the arguments see `matches`."""
-    return matches(
-        grid, surfaces, points_base, T_map_guess, prior_covariance, settings, window, laser_base
-    )[0]
-
-
 def _ascend_from(
     grid: OccupancyGrid,
     surfaces: SurfaceMap,

@@ -10,7 +10,7 @@ import numpy as np
 from mapping.correlative_search import SearchWindow
 from mapping.geometry import Floats
 from mapping.match_map import MatchMap
-from mapping.matching_together import match_together
+from mapping.matching_together import match_together, together
 from mapping.mutual_sightings import MutualSightings
 from mapping.placed_by_sight import Guess, seen_by_others
 from mapping.scan_matching import MatchResult
@@ -48,7 +48,8 @@ def match_held(map_: MatchMap, held: Sequence[Report], guess: Guess) -> MatchRes
     sigmas = 3.0 if guess.seen else 1.25
     window = SearchWindow(sigmas * sigma + 0.1, sigmas * turn_sigma + 0.02)
     scans = [(report.scan, report.T_odom_base) for report in held[-_HELD_TOGETHER:]]
-    return match_together(map_, scans, guess, window)[0]
+    T_odom_base = scans[-1][1]
+    return match_together(map_, together(scans, T_odom_base), T_odom_base, guess, window)[0]
 
 
 def aligns(result: MatchResult, held: int, settings: MergerSettings) -> bool:

@@ -9,7 +9,7 @@ from expedition.experiments.experiment import (
     Row,
     run_all,
 )
-from expedition.experiments.missions import Mission, run_mission
+from expedition.experiments.missions import Mission, run_mission, worst_rmse
 from expedition.experiments.plots import new_figure, plot_points, save_figure
 
 SEEDS = 3
@@ -59,11 +59,10 @@ def _row(summary: dict[str, object]) -> Row:
     maps = summary["map"]
     assert isinstance(robots, list)
     assert isinstance(maps, dict)
-    errors = [robot["trajectory_rmse_m"] for robot in robots]
     keys = ("seed", "ended", "coverage", "t50_s", "t90_s", "t95_s", "t99_s", "sim_time_s")
     row: Row = {key: summary[key] for key in keys}
     row["path_m"] = sum(robot["path_m"] for robot in robots)
-    row["rmse_max_m"] = max((e for e in errors if e is not None), default=None)
+    row["rmse_max_m"] = worst_rmse(summary)
     row["precision_occupied"] = maps["precision_occupied"]
     row["real_time_factor"] = summary["real_time_factor"]
     return row

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,3 +34,9 @@ def run_mission(mission: Mission) -> dict[str, Any]:
         return run_team(team, Path(mission.out), Watch(), in_process=True)
     with tempfile.TemporaryDirectory() as folder:
         return run_team(team, Path(folder), Watch(), in_process=True)
+
+
+def worst_rmse(summary: Mapping[str, Any]) -> float | None:
+    """Return the largest trajectory error (root mean square) of a mission's robots [m], if any."""
+    errors = [robot["trajectory_rmse_m"] for robot in summary["robots"]]
+    return max((error for error in errors if error is not None), default=None)

@@ -18,7 +18,7 @@ from expedition.experiments.experiment import (
     Row,
     run_all,
 )
-from expedition.experiments.missions import Mission, run_mission
+from expedition.experiments.missions import Mission, run_mission, worst_rmse
 from expedition.experiments.rescue_bandwidth import BEACON, MAP_TYPES, aired_bytes
 
 NAME = "rescue-links"
@@ -77,14 +77,13 @@ def row_of(links: str, summary: Mapping[str, Any]) -> Row:
     """
     by_type, aired = summary["bytes"], summary["aired"]
     digests = {robot["map_digest"] for robot in summary["robots"]}
-    errors = [robot["trajectory_rmse_m"] for robot in summary["robots"]]
     return {
         "links": links,
         "seed": summary["seed"],
         "ended": summary["ended"],
         "sim_time_s": summary["sim_time_s"],
         "coverage": summary["coverage"],
-        "rmse_max_m": max((e for e in errors if e is not None), default=None),
+        "rmse_max_m": worst_rmse(summary),
         "maps": len(digests) if digests and None not in digests else None,
         "bytes": sum(kind["bytes"] for kind in by_type.values()),
         "map_bytes": sum(by_type[kind]["bytes"] for kind in MAP_TYPES if kind in by_type),

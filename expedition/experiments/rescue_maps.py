@@ -24,7 +24,7 @@ from expedition.experiments.experiment import (
     Row,
     run_all,
 )
-from expedition.experiments.missions import Mission, run_mission
+from expedition.experiments.missions import Mission, run_mission, worst_rmse
 from expedition.experiments.plots import new_panels, save_figure
 from expedition.experiments.rescue_bandwidth import ROBOTS_OF_TEAM, rescue_mission
 from expedition.results.map_image import map_png
@@ -92,14 +92,13 @@ def walls_of(record: RunRecord) -> WallThickness | None:
 
 def row_of(summary: dict[str, Any], walls: WallThickness | None) -> Row:
     """Return a row of the table: how right a run's map is, and how many of its walls are double."""
-    errors = [robot["trajectory_rmse_m"] for robot in summary["robots"]]
     return {
         "robots": len(summary["robots"]),
         "seed": summary["seed"],
         "ended": summary["ended"],
         "sim_time_s": summary["sim_time_s"],
         "coverage": summary["coverage"],
-        "rmse_max_m": max((e for e in errors if e is not None), default=None),
+        "rmse_max_m": worst_rmse(summary),
         "precision_occupied": summary["map"]["precision_occupied"],
         "recall_occupied": summary["map"]["recall_occupied"],
         "cuts": walls.cuts if walls else None,

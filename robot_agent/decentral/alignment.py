@@ -105,9 +105,11 @@ def lay(around: MatchMap, own: Sequence[Placed], guess: Guess) -> Fit:
     """
     place, turn = guess.sigmas
     window = SearchWindow(3.0 * place, min(3.0 * turn, math.pi))
-    places = match_together(around, own, guess, window, _POINTS_MOST)
+    T_own_last = own[-1][1]
+    seen = together(own, T_own_last, _POINTS_MOST)
+    places = match_together(around, seen, T_own_last, guess, window)
     found = places[0]
-    T_map_own = found.T_map_base @ own[-1][1].inverse()
+    T_map_own = found.T_map_base @ T_own_last.inverse()
     points, share, known = explained(around, own, T_map_own)
     return Fit(
         T_map_own,
@@ -116,7 +118,7 @@ def lay(around: MatchMap, own: Sequence[Placed], guess: Guess) -> Fit:
         known,
         math.sqrt(float(np.linalg.eigvalsh(found.covariance[:2, :2])[1])),
         math.sqrt(float(found.covariance[2, 2])),
-        _rival(places, len(together(own, own[-1][1], _POINTS_MOST))),
+        _rival(places, len(seen)),
     )
 
 

@@ -128,6 +128,9 @@ class Sharing:
             self._find(teammates, now)
         if self.place.mend_due(self.checksum(), now):
             self._mend(now)
+        if self.place.settle_due(now):
+            # Nobody is there who could tell where it is: better about there than nowhere.
+            self._found(self.place.settle(), now)
         if self._own is None:
             return self._go_alone(now)
         T_map_odom = self._own.T_map_own
@@ -267,8 +270,6 @@ class Sharing:
 
     def _go_alone(self, now: float) -> PoseUpdate | None:
         """Let the robot's software explore by its own map, when it waited for long."""
-        if self.place.settle_due(now):
-            return self._settle(now)
         if self._alone is not None or not self.place.alone_due(now):
             return None
         T_map_own = self.place.whereabouts.T_map_own
@@ -276,15 +277,12 @@ class Sharing:
         self._turned = self.feed.turn_to(self._alone.view)
         return PoseUpdate(number=0, T_map_odom=T_map_own, uncertainty_m=0.0, matched=True)
 
-    def _settle(self, now: float) -> PoseUpdate:
-        """Nobody is there who could tell where the robot is: better about there than nowhere."""
-        waited = self.place.settle()
+    def _found(self, waited: Sequence[ScanReport], now: float) -> None:
+        """The robot knows where it is: it shares what waited for that."""
         assert self.place.T_map_own is not None
         self._tie(self.place.T_map_own)
         for report in waited:
             self._append(report, now)
-        self._updated = self.place.T_map_own
-        return PoseUpdate(number=0, T_map_odom=self._updated, uncertainty_m=0.0, matched=True)
 
     def _find(self, teammates: Sequence[Standing], now: float) -> None:
         """Look where the robot's own map lies in the team's; share what it saw once it knows."""
@@ -294,9 +292,7 @@ class Sharing:
             others, teammates, self.shared.team.resolution, self.checksum(), now
         )
         if self.place.T_map_own is not None:
-            self._tie(self.place.T_map_own)
-        for report in waited:
-            self._append(report, now)
+            self._found(waited, now)
 
     def _mend(self, now: float) -> None:
         """Look whether all that the robot saw fits what those saw whose names come before its."""

@@ -27,7 +27,8 @@ def drawn() -> MatchMap:
 def test_the_place_of_the_last_scan_is_found() -> None:
     guess = Guess(Pose2(0.1, 0.3, 0.1), np.diag([0.1, 0.1, 0.02]), seen=False)
     assert guess.sigmas == pytest.approx((0.1**0.5, 0.02**0.5))
-    places = match_together(drawn(), OWN, guess, SearchWindow(0.8, 0.4))
+    last = OWN[-1][1]
+    places = match_together(drawn(), together(OWN, last), last, guess, SearchWindow(0.8, 0.4))
     assert places[0].T_map_base.distance_to(TRUE @ OWN[-1][1]) < 0.05
     values = [place.value for place in places]
     assert values == sorted(values, reverse=True)

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import pytest
 
-from mapping.geometry import IDENTITY, Pose2
-from mapping.mutual_sightings import MutualSightings
+from mapping.geometry import Pose2
 from mapping.placed_by_sight import seen_by_others
-
-STARTS = {"a": Pose2(0.0, 0.0, 0.0), "b": Pose2(1.0, 0.2, 0.3), "c": Pose2(2.2, -0.1, -0.2)}
-SEES = {"a": "b", "b": "ac", "c": "b"}
+from tests.unit.seen_starts import ERRORS, STARTS, sightings, told_start
 
 
 @dataclass(frozen=True)
@@ -23,18 +19,8 @@ class Frame:
 
 
 def frame(name: str, aligned: bool) -> Frame:
-    start = STARTS[name]
-    told = start if aligned else Pose2(start.x + 0.4, start.y - 0.3, start.theta + 0.2)
-    return Frame(told, (1.0, 0.35), aligned)
-
-
-def sightings() -> MutualSightings:
-    seen = MutualSightings()
-    for name, others in SEES.items():
-        places = [STARTS[name].inverse().apply((STARTS[o].x, STARTS[o].y)) for o in others]
-        for _ in range(2):
-            seen.add(name, IDENTITY, np.zeros((3, 3)), np.array(places))
-    return seen
+    told = told_start(name, exactly=aligned)
+    return Frame(told, ERRORS, aligned)
 
 
 def test_a_robot_is_placed_by_one_that_is_not_tied_itself() -> None:
