@@ -17,10 +17,13 @@ class LogSyncSettings(BaseModel):
     Telling: new observations are collected for `batch_period_s`, or until none came for `quiet_s`,
     and broadcast in frames of about `frame_bytes`; new poses, if one moved by `revision_large_m`,
     wait no longer than `revision_delay_s`. All that waits while nobody was heard in the last
-    `reached_s`, but no longer than `unheard_s`; and all but such poses while somebody was not who
-    was within `missed_s`, for as long. What a robot holds is broadcast every `announce_period_s`
-    while something changes, ever more rarely to `announce_period_max_s` when nothing does, and at
-    once when a peer is heard that was away: not heard for `away_s`.
+    `reached_s`, but no longer than `unheard_s`. All but such poses also wait, for `missed_s` at
+    most, for a moment at which everybody was just heard who was within `missed_s`: in the last
+    `fresh_s`, and somewhat longer ago the longer they wait, but within `reached_s`.
+
+    Announcing: what a robot holds is broadcast every `announce_period_s` while something changes,
+    ever more rarely to `announce_period_max_s` when nothing does, and at once when a peer is heard
+    that was away: not heard for `away_s`.
 
     Asking: with `request_many` or more entries missing a robot asks at once, else it collects what
     it lacks for `request_patience_s`. It has no more than `request_entries` asked for at a time,
@@ -43,6 +46,7 @@ class LogSyncSettings(BaseModel):
     revision_delay_s: NotNegative = 0.2
     revision_large_m: NotNegative = 0.05
     reached_s: Positive = 1.5
+    fresh_s: Positive = 0.3
     missed_s: Positive = 20.0
     unheard_s: NotNegative = 300.0
     frame_bytes: Annotated[int, Field(ge=256, le=60_000)] = 4000

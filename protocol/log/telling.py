@@ -2,7 +2,8 @@
 
 A broadcast that somebody misses is asked for later and takes the air twice. So news wait while
 nobody is in reach, and for a moment while somebody is not that was just there: there are holes in
-any radio's field. They do not wait for ever: who hears nobody may still be heard.
+any radio's field, and a robot that drives is through one within a second. So the best time to tell
+is when all were heard just now. News do not wait for ever: who hears nobody may still be heard.
 
 New poses are told as differences to those that were told before; who lacks these asks.
 """
@@ -19,7 +20,8 @@ from protocol.log.peers import Peers
 from protocol.log.pose_coding import STEPS_PER_METRE, PoseTable
 from protocol.log.settings import LogSyncSettings
 
-_AGAIN = 0.5  # [s]; so soon it is looked again whether all are in reach
+_AGAIN = 0.1  # [s]; so soon it is looked again whether all are in reach
+_LENIENT = 0.3  # [s]; so much longer ago all may have been heard with every second of waiting
 
 
 class Telling:
@@ -82,8 +84,10 @@ class Telling:
             now: mission time [s].
         """
         settings, waited = self._settings, now - self._full
-        reached = set(self._peers.heard_within(settings.reached_s, now))
-        missed = not reached.issuperset(self._peers.heard_within(settings.missed_s, now))
+        recent = min(settings.fresh_s + _LENIENT * max(0.0, waited), settings.reached_s)
+        reached = self._peers.heard_within(settings.reached_s, now)
+        fresh = set(self._peers.heard_within(recent, now))
+        missed = not fresh.issuperset(self._peers.heard_within(settings.missed_s, now))
         patient = missed and waited < settings.missed_s
         if self._batch is not None and now >= self._batch:
             if (reached and not patient) or waited >= settings.unheard_s:

@@ -166,7 +166,7 @@ def test_others_that_know_more_of_its_life_are_noticed() -> None:
 def test_one_that_lacks_news_is_told_soon() -> None:
     sync = member(announce_period_s=5.0, announce_period_max_s=40.0)
     sync.append(b"one", (1, 2, 3), 0.0)
-    sync.hear("ben", 1.0)
+    sync.hear("ben", 1.9)
     run(sync, 100.0)
     sync.handle("ben", has(0, robot="ben"), 100.0)
     assert [type(message) for _, message in run(sync, 100.8)] == [LogHave]
