@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from mapping.geometry import IDENTITY, Pose2
 from mapping.placed_by_sight import Guess
 from protocol.log.sync import LogSync
-from protocol.messages import ScanReport
+from protocol.messages import SERVER, ScanReport
 from protocol.peer_messages import LastHeard, Lookout
 from protocol.world_messages import Joined
 from robot_agent.decentral.alignment import Placed
@@ -114,17 +114,36 @@ class OwnPlace:
         return self._waited(now) >= self._settings.alone_s
 
     def settle_due(self, now: float) -> bool:
-        """Whether it waited for long, and heard nobody in that time."""
-        long = self._settings.settle_s
-        return self._waited(now) >= long and not self._sync.peers.heard_within(long, now)
+        """Whether it waited for long, and nobody is there who could tell where it is.
 
-    def settle(self) -> list[ScanReport]:
+        That is so if it heard nobody; or if nobody told what he saw, as the first robot is not
+        there, and none whose name comes before its own was heard: then it stands in for the first.
+        """
+        if self._waited(now) < self._settings.settle_s:
+            return False
+        heard = self._heard_lately(now)
+        leads = self._first and not self._told_of
+        return not heard or (leads and self._sync.log.me.robot < heard[0])
+
+    def settle(self, now: float) -> list[ScanReport]:
         """Take the robot's own map to lie where it is thought to; return all that waited for that.
 
-        What others saw, once they are heard, may mend it.
+        What others saw, once they are heard, may mend it. One that stands in for the first robot is
+        sure of its place: the map is where it says.
         """
-        self.T_map_own, self._settled = self._thought.T_map_own, True
+        self.T_map_own, self._settled = self._thought.T_map_own, not self._heard_lately(now)
         return self._tying.take()
+
+    def _heard_lately(self, now: float) -> list[str]:
+        """Return the robots that it heard within the time in which it would settle, sorted."""
+        heard = self._sync.peers.heard_within(self._settings.settle_s, now)
+        return sorted(name for name in heard if name != SERVER)
+
+    @property
+    def _told_of(self) -> bool:
+        """Whether somebody has told what it saw."""
+        log = self._sync.log
+        return any(log.of(author).entries for author in log.authors())
 
     def _waited(self, now: float) -> float:
         """Return for how long what the robot saw has waited for its place [s]; 0 if it does not."""

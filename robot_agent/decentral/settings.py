@@ -64,7 +64,8 @@ class TyingSettings(_Settings):
 
     One that does not know its place after `alone_s` explores by its own map, and shares all that it
     saw when it knows. One that heard nobody for `settle_s` takes its place for what it was told,
-    as nobody is there to fit, but does not say that it is sure.
+    as nobody is there to fit, but does not say that it is sure. So does, and is sure, the first by
+    name of those that hear each other if the first robot was not heard in that time.
 
     Once it knows, it looks whether all that it saw where others were fits what these saw: after
     `mend_period_s`, and ever more seldom, to `mend_period_most_s`, while all is well. A place that

@@ -130,7 +130,7 @@ class Sharing:
             self._mend(now)
         if self.place.settle_due(now):
             # Nobody is there who could tell where it is: better about there than nowhere.
-            self._found(self.place.settle(), now)
+            self._found(self.place.settle(now), now)
         if self._own is None:
             return self._go_alone(now)
         T_map_odom = self._own.T_map_own

@@ -124,6 +124,19 @@ def test_robots_that_hardly_know_where_they_start_find_each_other(
     assert max(robot["trajectory_rmse_m"] for robot in summary["robots"]) <= 0.15
 
 
+def test_another_stands_in_for_the_first_robot_if_that_is_gone_before_it_told_anything(
+    tmp_path: Path,
+) -> None:
+    killed = 'world.faults=[{at_s = 0.3, robot = "robot1", kind = "kill"}]'
+    team = rescue(ALONE, "world.perturb_starts=true", killed)
+    summary = run_team(team, tmp_path, Watch(), in_process=True)
+    assert summary["ended"] == "explored"
+    lost, *others = summary["robots"]
+    assert lost["ended"] == "lost"
+    assert {robot["map_digest"] for robot in others} == {summary["map"]["digest"]} != {None}
+    assert max(robot["trajectory_rmse_m"] for robot in others) <= 0.15
+
+
 @pytest.mark.parametrize("lie", LIES, ids=lambda lie: lie.__name__)
 def test_a_hostile_robot_is_named_and_shut_out_and_the_others_finish(
     lie: Callable[[Message], Message],

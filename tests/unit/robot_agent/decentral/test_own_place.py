@@ -10,7 +10,7 @@ from protocol.peer_messages import LastHeard
 from protocol.world_messages import Joined
 from robot_agent.decentral.own_place import OwnPlace
 from robot_agent.decentral.settings import TyingSettings
-from tests.unit.robot_agent.decentral.peer_rig import ROOM, sync_of
+from tests.unit.robot_agent.decentral.peer_rig import ROOM, seen_by, sync_of
 from tests.unit.robot_agent.decentral.test_lookouts import KNOWN, sight, told_by
 from tests.unit.robot_agent.decentral.test_mending import OTHERS
 from tests.unit.robot_agent.decentral.test_tying import report
@@ -104,3 +104,34 @@ def test_who_started_anew_is_about_where_others_last_heard_it() -> None:
     place.hear(LastHeard(life=1, stamp_s=9.0, T_map_base=IDENTITY))  # that is this very life
     assert place.whereabouts.T_map_own == TRUE
     assert place.whereabouts.sigma[0] > 0.5
+
+
+def long_after(place: OwnPlace, *heard: str) -> float:
+    """Let a robot wait for as long as it may, and hear some just then; return when that is [s]."""
+    turns(place)
+    now = 0.1 + SETTINGS.settle_s
+    for name in heard:
+        place._sync.hear(name, now)
+    return now
+
+
+def test_the_first_by_name_of_those_that_are_there_stands_in_for_the_first_robot() -> None:
+    place = placed(start=TRUE)
+    now = long_after(place, "c", "server", "d")
+    assert not place.settle_due(now - 0.1)
+    assert place.settle_due(now)
+    assert len(place.settle(now)) == 6
+    assert place.T_map_own == TRUE
+    assert place.whereabouts.sigma == (0.0, 0.0), "the map is where it says"
+    assert not place.settle_due(now + 1.0)
+
+
+def test_nobody_stands_in_while_another_may_know_better() -> None:
+    place = placed()
+    assert not place.settle_due(long_after(place, "a", "c"))
+    place = placed(first=False)  # it was started anew, the others began without it
+    assert not place.settle_due(long_after(place, "c"))
+    place = placed()
+    now = long_after(place, "bob")
+    place._sync.handle("bob", seen_by("bob", TRUE), now)
+    assert not place.settle_due(now), "somebody told what it saw, and where"
