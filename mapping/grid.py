@@ -215,10 +215,19 @@ class GridGeometry:
         return 0 <= iy < self.rows and 0 <= ix < self.cols
 
     def box_around(self, x_min: float, y_min: float, x_max: float, y_max: float) -> CellBox:
-        """Return the box of cells that touch a rectangle [m], clipped to the grid."""
+        """Return the box of cells that touch a rectangle [m], clipped to the grid.
+
+        A rectangle beyond the grid gives an empty box, whose `slices` cut out nothing.
+        """
         iy0, ix0 = self.cell_at(x_min, y_min)
         iy1, ix1 = self.cell_at(x_max, y_max)
-        return CellBox(max(iy0, 0), max(ix0, 0), min(iy1 + 1, self.rows), min(ix1 + 1, self.cols))
+        rows, cols = self.rows, self.cols
+        return CellBox(
+            min(max(iy0, 0), rows),
+            min(max(ix0, 0), cols),
+            min(max(iy1 + 1, 0), rows),
+            min(max(ix1 + 1, 0), cols),
+        )
 
     def grown(
         self, x_min: float, y_min: float, x_max: float, y_max: float, chunk: int = 128

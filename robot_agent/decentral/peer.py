@@ -199,8 +199,8 @@ class Peer:
         return self._tell(award, now) if award else []
 
     def _tight_place(self, message: Message, now: float) -> list[Effect]:
-        """Tell the others where the body does not fit through."""
-        return [Send("radio", EVERYONE, message)]
+        """Tell the others where the body does not fit through, if it knows where that is."""
+        return [Send("radio", EVERYONE, message)] if self.sharing.tied else []
 
     def _map_request(self, message: Message, now: float) -> list[Effect]:
         return self._tell(self.sharing.feed.snapshot(), now)
@@ -226,7 +226,7 @@ class Peer:
             self.sharing.place.lookouts.hear(source, message)
         elif isinstance(message, LastHeard):
             self.sharing.place.hear(message)
-        elif isinstance(message, words.TightPlace):
+        elif isinstance(message, words.TightPlace) and self.sharing.tied:
             return self._tell(message, now)
         return []
 

@@ -20,15 +20,22 @@ from tests.integration.hostile_robot import Hostile
 SMALL = str(Path(__file__).parent / "four_rooms.toml")
 KNOWN = "world.perturb_starts=false"
 ALONE = "server.enabled=false"
+APART = "2.5,7,0;10,6.2,90;5,1.5,180;11,2,0"  # in another of the four rooms each
 LOG_TYPES = tuple(
     kind.model_fields["type"].default for kind in (Observations, PoseSet, LogHave, LogWant)
 )
 
 
-def rescue(*sets: str, seed: int = 1, max_time: float = 600.0, world: str = SMALL) -> TeamSettings:
+def rescue(
+    *sets: str,
+    seed: int = 1,
+    max_time: float = 600.0,
+    world: str = SMALL,
+    starts: str | None = None,
+) -> TeamSettings:
     """Return the settings of four robots that decide for themselves."""
     given = ["network.server_port=0", "robot.estimator=scan_matching", *sets]
-    return settings_from("rescue", world, 4, None, seed, None, None, max_time, given)
+    return settings_from("rescue", world, 4, None, seed, starts, None, max_time, given)
 
 
 class Watched:

@@ -13,7 +13,7 @@ from mapping.geometry import Floats
 from protocol.log.pose_coding import pose_steps
 from protocol.messages import Message
 from tests.integration.hostile_robot import LIES, Hostile
-from tests.integration.rescue_team import ALONE, KNOWN, Watched, in_order, rescue
+from tests.integration.rescue_team import ALONE, APART, KNOWN, Watched, in_order, rescue
 
 pytestmark = pytest.mark.slow
 
@@ -112,11 +112,11 @@ def test_robots_started_anew_go_on_with_the_map_of_the_team() -> None:
     assert ("robot4", 1) not in lives  # its log was kept: the life goes on
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize(("seed", "starts"), [(1, None), (2, None), (1, APART)])
 def test_robots_that_hardly_know_where_they_start_find_each_other(
-    seed: int, tmp_path: Path
+    seed: int, starts: str | None, tmp_path: Path
 ) -> None:
-    team = rescue(ALONE, "world.perturb_starts=true", seed=seed)
+    team = rescue(ALONE, "world.perturb_starts=true", seed=seed, starts=starts)
     summary = run_team(team, tmp_path, Watch(), in_process=True)
     assert summary["ended"] == "explored"
     held = {robot["map_digest"] for robot in summary["robots"]}

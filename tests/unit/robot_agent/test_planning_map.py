@@ -227,9 +227,12 @@ def test_no_robot_shuts_itself_in_where_it_has_been_before() -> None:
     assert leads_through(stubborn) and stubborn.take_changes()
 
 
-def test_what_was_tried_off_the_map_is_nothing() -> None:
+@pytest.mark.parametrize("place", [(50.0, 50.0), (-50.0, 0.0), (-1.0, 1.0), (1.0, -1.0)])
+def test_what_was_tried_off_the_map_is_nothing(place: tuple[float, float]) -> None:
     held = holding(hall())
-    held.refused((50.0, 50.0), 0.25)
-    held.passed(-50.0, 0.0)
+    tried = held._tried.copy()
+    held.refused(place, 0.25)
+    held.passed(*place)
     assert held.take_changes() == []
+    assert np.array_equal(held._tried, tried)
     check(held)

@@ -88,6 +88,16 @@ def test_where_a_teammate_does_not_fit_it_does_not_go_and_tells_where_it_does_no
     assert rig.peer._carry_out([Send("radio", "server", place)], 1.0) == [Send("radio", "*", place)]
 
 
+def test_one_that_is_lost_neither_tells_nor_believes_where_a_body_does_not_fit() -> None:
+    rig = joined(life=1)
+    rig.live(0.6)
+    assert not rig.sharing.tied
+    place = words.TightPlace(place_map=(1.0, 0.0))
+    rig.radio("bob", place)
+    assert not (rig.peer.agent._body_parts[1]._tried == 2).any()  # type: ignore[index]
+    assert rig.peer._carry_out([Send("radio", "server", place)], 1.0) == []
+
+
 def test_its_software_gets_the_whole_map_when_it_missed_a_change() -> None:
     rig = joined()
     rig.live(1.0)
