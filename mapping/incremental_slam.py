@@ -18,12 +18,15 @@ from mapping.match_map import MapSettings, MatchMap
 from mapping.motion_model import MotionModel
 from mapping.scan import LaserScan
 from mapping.scan_matching import MatchResult
+from mapping.scan_points import scan_points
 
 # A motion that is told at once and is larger may be old news [m], [rad].
 _LEAP, _LEAP_TURN = 0.1, math.radians(5.0)
 # Squared distance from what the wheels say beyond which a poor match is not believed (in three
 # dimensions, one in ten thousand is farther away).
 _GATE = 21.0
+# Two scans that put the robot at the same place differ by no more than this [m], [rad].
+_AGREED = (0.15, math.radians(5.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +49,10 @@ class SlamSettings:
         known_least: fewer known end points say nothing, for or against.
         wide: window of the search after a bad match.
         wide_covariance_scale: the prior's covariance is widened by this factor then.
+        anchor_seen: a scan of whose end points walls explain a smaller share than this is weighed
+            against the wheels since the last one that they explained better, not against what the
+            scans in between made of the same few walls: else these hold the robot back, step by
+            step.
     """
 
     map: MapSettings = field(default_factory=MapSettings)
@@ -62,6 +69,7 @@ class SlamSettings:
     known_least: int = 12
     wide: SearchWindow = field(default_factory=SearchWindow)
     wide_covariance_scale: float = 9.0
+    anchor_seen: float = 0.7
 
 
 class IncrementalSlam:
@@ -85,6 +93,10 @@ class IncrementalSlam:
         self.map = MatchMap(self.settings.map)
         self.T_odom_base = T_odom_base
         self.covariance: Floats = np.diag([1e-6, 1e-6, 1e-8])
+        # Where the robot is by the wheels since the map last explained nearly all that it saw.
+        self._anchor, self._loose = T_odom_base, self.covariance
+        # Where the last scan put the robot that fitted well only far from where it was thought.
+        self._elsewhere: Pose2 | None = None
         self._T_odom_keyframe: Pose2 | None = None
         self._T_odom_refined = T_odom_base
         self._poses: list[tuple[float, float, float]] = []
@@ -97,9 +109,13 @@ class IncrementalSlam:
                 tell it.
             scan: may be None.
         """
-        self.T_odom_base, self.covariance = self.settings.motion.propagate(
+        motion = self.settings.motion
+        self.T_odom_base, self.covariance = motion.propagate(
             self.T_odom_base, self.covariance, T_before_after
         )
+        self._anchor, self._loose = motion.propagate(self._anchor, self._loose, T_before_after)
+        if self._elsewhere is not None:
+            self._elsewhere = self._elsewhere @ T_before_after
         matched = inserted = False
         if scan is not None:
             matched, inserted = self._take(scan)
@@ -130,6 +146,8 @@ class IncrementalSlam:
         if result is None:
             return False, False
         self.T_odom_base, self.covariance = result.T_map_base, result.covariance
+        if result.explained >= settings.anchor_seen * len(scan_points(scan)):
+            self._anchor, self._loose = self.T_odom_base, self.covariance
         matched = result.known >= settings.known_least
         distance, turn = settings.keyframe_distance, settings.keyframe_turn
         if not self._T_odom_keyframe.moved(self.T_odom_base, distance, turn):
@@ -141,27 +159,44 @@ class IncrementalSlam:
     def _locate(self, scan: LaserScan) -> MatchResult | None:
         """Return where a scan was taken; None if it contradicts the map wherever it is tried."""
         settings = self.settings
-        near = self.map.match(scan, self.T_odom_base, self.covariance, self._window())
+        near = self.map.match(
+            scan, self.T_odom_base, self._loose, self._window(), T_map_prior=self._anchor
+        )
+        before, self._elsewhere = self._elsewhere, None
         if not self._contradicts(near, settings.fit_least):
             return near
-        for T_odom_guess in self._mishaps():
+        for T_odom_guess in self._mishaps(before):
             far = self._search_wide(scan, T_odom_guess)
             if self._far_better(far, near):
-                return far
+                return self._found_again(far, before)
         # Things were moved, or the map is bent: even so it knows more than the wheels, if both say
         # much the same.
         if self._contradicts(near, settings.fit_poor) or self._unlikely(near):
             return None
         return near
 
-    def _mishaps(self) -> list[Pose2]:
+    def _found_again(self, far: MatchResult, before: Pose2 | None) -> MatchResult | None:
+        """Return a match from far away if the last scan put the robot there, too.
+
+        A body close by that nobody told of fills half of a scan, and the rest may fit somewhere.
+        """
+        self._elsewhere = far.T_map_base
+        if before is None or before.moved(far.T_map_base, *_AGREED):
+            return None
+        self._elsewhere = None
+        self._anchor, self._loose = far.T_map_base, far.covariance
+        return far
+
+    def _mishaps(self, elsewhere: Pose2 | None) -> list[Pose2]:
         """Return where the robot may be after a mishap: near its guess, or near where it was.
 
-        Wheels slip, and their word may come late, all at once.
+        Wheels slip, and their word may come late, all at once. Where the last scan put the robot,
+        if that was `elsewhere`, comes first.
         """
+        places = [self.T_odom_base] if elsewhere is None else [elsewhere, self.T_odom_base]
         T_odom_last = Pose2(*self._poses[-1])
         moved = T_odom_last.moved(self.T_odom_base, _LEAP, _LEAP_TURN)
-        return [self.T_odom_base, T_odom_last] if moved else [self.T_odom_base]
+        return [*places, T_odom_last] if moved else places
 
     def _search_wide(self, scan: LaserScan, T_odom_guess: Pose2) -> MatchResult:
         """Match in the wide window around a pose, with a prior that allows for a mishap."""
@@ -179,9 +214,9 @@ class IncrementalSlam:
 
     def _unlikely(self, result: MatchResult) -> bool:
         """Whether a match is farther from where the wheels put the robot than they may err."""
-        off = result.T_map_base.as_array() - self.T_odom_base.as_array()
+        off = result.T_map_base.as_array() - self._anchor.as_array()
         off[2] = wrap_angle(off[2])
-        return float(off @ np.linalg.solve(self.covariance, off)) > _GATE
+        return float(off @ np.linalg.solve(self._loose, off)) > _GATE
 
     def _contradicts(self, result: MatchResult, fit_least: float) -> bool:
         """Whether enough end points fall where the map is known, and too few of them at walls."""

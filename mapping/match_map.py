@@ -120,6 +120,7 @@ class MatchMap:
         T_map_base_guess: Pose2,
         prior_covariance: Floats,
         window: SearchWindow | None = None,
+        T_map_prior: Pose2 | None = None,
     ) -> MatchResult:
         """Return the most likely pose of a scan; see `scan_matching.matches`."""
         return matches(
@@ -131,6 +132,7 @@ class MatchMap:
             self.settings.matching,
             window,
             (scan.T_base_laser.x, scan.T_base_laser.y),
+            T_map_prior,
         )[0]
 
     def posterior_density(

@@ -80,6 +80,7 @@ def matches(
     settings: MatchSettings,
     window: SearchWindow | None = None,
     laser_base: tuple[float, float] | None = None,
+    T_map_prior: Pose2 | None = None,
 ) -> list[MatchResult]:
     """Return the poses at which a scan fits near a guess, the most likely first.
 
@@ -90,13 +91,14 @@ def matches(
         surfaces: its walls.
         points_base: (N, 4) end points of the beams that hit [m] and the directions their
             surfaces face, see `scan_points`.
-        T_map_guess: mean of the prior, the odometry's word.
-        prior_covariance: (3, 3) of (x, y, theta) of the guess, map frame.
+        T_map_guess: where to start.
+        prior_covariance: (3, 3) of (x, y, theta) of the prior, map frame.
         settings: how to match.
         window: search this window exhaustively for starts; without it the ascent starts at the
             guess alone.
         laser_base: where the beams start (x, y) [m], base frame. If given, end points behind well
             known walls count against the fit.
+        T_map_prior: mean of the prior, the odometry's word; without it the guess.
     """
     information = np.empty((3, 3))
     invert(prior_covariance, information)
@@ -114,7 +116,14 @@ def matches(
         )
     results = [
         _ascend_from(
-            grid, surfaces, points_base, start, T_map_guess, information, settings, laser_base
+            grid,
+            surfaces,
+            points_base,
+            start,
+            T_map_prior or T_map_guess,
+            information,
+            settings,
+            laser_base,
         )
         for start in starts
     ]

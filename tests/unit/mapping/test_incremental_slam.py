@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -113,13 +114,62 @@ def test_scans_between_keyframes_refine_the_walls_once_the_robot_has_moved():
     assert slam.map.surfaces.sums[:, 0].sum() > hits
 
 
-def test_wheels_that_slipped_are_found_out_and_the_place_found_again():
+def way_out_of_a_crowd(seed: int, anchor_seen: float) -> float:
+    """Drive past others that hid the corridor ahead; return where the estimate is too far [m]."""
+    rng = np.random.default_rng(seed)
+    truth = Pose2(0.6, 1.0, 0.0)
+    slam = IncrementalSlam(replace(COARSE, anchor_seen=anchor_seen), T_odom_base=truth)
+    bearings = -0.5 * math.pi + np.arange(181) * math.pi / 181
+    for k in range(16):
+        step = 0.1 if k > 4 else 0.0
+        truth = truth @ Pose2(step, 0.0, 0.0)
+        scan = rectangle_scan(
+            truth, width=20.0, height=2.0, beams=181, field_of_view=math.pi, range_max=12.0,
+            noise=0.03, rng=rng,
+        )  # fmt: skip
+        if k < 12:
+            scan = scan.without(np.abs(bearings) < math.radians(55.0 if k < 5 else 75.0))
+        told = Pose2(
+            step * (1.0 + 0.02 * rng.standard_normal()), 0.0, 0.002 * rng.standard_normal()
+        )
+        estimate = slam.step(told, scan)
+    return estimate.T_odom_base.x - truth.x
+
+
+@pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="long drives take plain Python too long"
+)
+def test_the_few_walls_it_knows_do_not_hold_a_robot_back_where_it_sees_many_new_ones():
+    anchored, carried = (
+        np.mean([abs(way_out_of_a_crowd(seed, seen)) for seed in range(12)])
+        for seen in (SlamSettings().anchor_seen, 0.0)
+    )
+    assert anchored < 0.6 * carried
+    assert anchored < 0.06
+
+
+def test_wheels_that_slipped_are_found_out_by_two_scans_and_the_place_found_again():
     rng = np.random.default_rng(5)
     slam = started(rng)
     true = slam.T_odom_base @ Pose2(0.55, -0.35, 0.2)
-    estimate = slam.step(Pose2(0.02, 0.0, 0.0), scan_at(true, rng))
+    assert not slam.step(Pose2(0.02, 0.0, 0.0), scan_at(true, rng)).matched
+    estimate = slam.step(Pose2(0.01, 0.0, 0.0), scan_at(true @ Pose2(0.01, 0.0, 0.0), rng))
     assert estimate.matched
     assert estimate.T_odom_base.distance_to(true) < 0.06
+
+
+def test_a_robot_close_by_that_fills_the_view_once_moves_nothing():
+    """Half of what it sees is a body nobody told of: somewhere else the rest fits about as well."""
+    rng = np.random.default_rng(11)
+    slam = started(rng)
+    before = slam.T_odom_base
+    scan = scan_at(before, rng)
+    ranges = scan.ranges.copy()
+    ranges[8:44] = np.minimum(ranges[8:44], 0.5)
+    slam.step(IDENTITY, replace(scan, ranges=ranges))
+    estimate = slam.step(IDENTITY, scan_at(before, rng))
+    assert estimate.matched
+    assert estimate.T_odom_base.distance_to(before) < 0.03
 
 
 def test_a_scan_from_elsewhere_is_not_believed():
