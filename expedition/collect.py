@@ -113,6 +113,9 @@ def world_part(world: World, stage: Stage, team: TeamSettings) -> dict[str, Any]
         {"t_s": fault.at_s, "robot": fault.robot, "kind": fault.kind} for fault in team.world.faults
     ]
     leaderless = {}
+    if team.robot.decides == "itself":  # a server that listens need not hear all of them
+        for name, robot in world.robots.items():
+            robots[name]["ended"] = "finished" if robot.connected else "lost"
     if not team.server.enabled:
         ended = world.finished
         leaderless = {
@@ -120,8 +123,6 @@ def world_part(world: World, stage: Stage, team: TeamSettings) -> dict[str, Any]
             "reason": ended.reason if ended else "the world ended before the mission did",
             "sim_time_s": world.now,
         }
-        for name, robot in world.robots.items():
-            robots[name]["ended"] = "finished" if robot.connected else "lost"
     return {
         **leaderless,
         "robots": robots,

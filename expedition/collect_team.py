@@ -26,22 +26,22 @@ _BROKEN_OFF = "the server ended before the mission did"
 
 
 def listener_part(listener: Listener) -> dict[str, Any]:
-    """Return what a server that listens knows of a mission."""
-    listener.follow(listener.now)
-    part = team_part(listener.shared, listener.settings.map)
-    heard = listener.crew.heard_within(listener.settings.silence_s, listener.now)
-    for name, robot in part["robots"].items():
-        robot["ended"] = "finished" if name in heard else "lost"
+    """Return what a server that listens knows of how a mission ended."""
     return {
-        **part,
         "ended": listener.ended or ("explored" if listener.through else "failed"),
         "reason": listener.reason or (_THROUGH if listener.through else _BROKEN_OFF),
         "sim_time_s": listener.now,
     }
 
 
-def candidate_part(peer: Peer, settings: MapSettings) -> dict[str, Any]:
-    """Return what a robot knows of the whole team, for a mission that no server saw."""
+def listener_witness(listener: Listener) -> dict[str, Any]:
+    """Return what a server that listens knows of what the team found."""
+    listener.follow(listener.now)
+    return team_part(listener.shared, listener.settings.map)
+
+
+def peer_witness(peer: Peer, settings: MapSettings) -> dict[str, Any]:
+    """Return what a robot knows of what the team found, and of what is left."""
     peer.sharing.follow(peer.now)
     part = team_part(peer.sharing.shared, settings)
     grid = part["grid"]

@@ -16,6 +16,7 @@ from typing import Any
 import uvloop
 
 from expedition import cast, collect, collect_team
+from expedition.cast import SERVER_NAME
 from expedition.results.record import save_record_part
 from expedition.team import TeamSettings, UsageError
 from protocol.effects import Core, Note
@@ -26,7 +27,7 @@ from server.master import Master
 from sim_world.world import World
 
 SERVER_DONE = "server.done"  # in the parts folder: the server has saved its last word
-WITNESSES = "witnesses"  # in the parts folder: what each robot of a team without a server knows
+WITNESSES = "witnesses"  # in the parts folder: what each member of a team without a master knows
 _PROGRESS_PERIOD = 0.5  # [s], wall
 
 
@@ -148,35 +149,50 @@ def save_server(parts: Path, core: Master | Listener, now: float, last: bool = T
     """Save the server's part of the record."""
     if isinstance(core, Listener):
         save_record_part(parts, "2-server", collect_team.listener_part(core))
+        held = len(core.shared.team)
+        save_witness(parts, SERVER_NAME, held, collect_team.listener_witness(core))
     else:
         save_record_part(parts, "2-server", collect.server_part(core, now, last))
 
 
 def save_robot(parts: Path, core: Core, team: TeamSettings) -> None:
-    """Save what a robot knows, if it knows more than a server does.
-
-    Where there is no server, each robot also leaves what it knows of the team; `choose_witness`
-    takes the word of one of them.
-    """
+    """Save what a robot knows that decides for itself: of itself, and of the team."""
     if not isinstance(core, Peer):
         return
     save_record_part(parts, f"3-{core.name}", collect_team.peer_part(core))
-    if not team.server.enabled:
-        part = collect_team.candidate_part(core, team.server.map)
-        save_record_part(parts / WITNESSES, f"{len(core.sharing.shared.team):07}-{core.name}", part)
+    witness = collect_team.peer_witness(core, team.server.map)
+    save_witness(parts, core.name, len(core.sharing.shared.team), witness)
+
+
+def save_witness(parts: Path, name: str, held: int, part: Mapping[str, Any]) -> None:
+    """Save what a member knows of what the team found; `choose_witness` takes the word of one.
+
+    Args:
+        parts: folder of the record.
+        name: the member's; what it saved before goes.
+        held: how many observations it holds.
+        part: what it knows.
+    """
+    for older in (parts / WITNESSES).glob("*.npz"):
+        if older.stem.partition("-")[2] == name:
+            older.unlink()
+    save_record_part(parts / WITNESSES, f"{held:07}-{name}", dict(part))
 
 
 def choose_witness(parts: Path) -> None:
-    """Take the word of the robot that holds the most observations for what the team found."""
+    """Take the word of the member that holds the most observations for what the team found.
+
+    A server that listens may have been out of reach; where it holds as much, its word counts.
+    """
     witnesses = sorted((parts / WITNESSES).glob("*.npz"), key=_most_first)
     if witnesses:
         witnesses[0].replace(parts / "2-team.npz")
     shutil.rmtree(parts / WITNESSES, ignore_errors=True)
 
 
-def _most_first(path: Path) -> tuple[int, str]:
+def _most_first(path: Path) -> tuple[int, bool, str]:
     held, _, name = path.stem.partition("-")
-    return -int(held), name
+    return -int(held), name != SERVER_NAME, name
 
 
 def live_as(team: TeamSettings, name: str, parts: Path | None, world: str, ties: Ties) -> str:

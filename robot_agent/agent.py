@@ -162,7 +162,7 @@ class Agent:
             mapping.take(self._scan_of(message, mapping), message.T_wheel_base)
             mapping.sight_victims(message.victims_base.astype(np.float64))
             self._points_base = mapping.scan.points_base() if mapping.scan else _NO_POINTS
-            if not (self._look.done and self._aligned):
+            if self._look.first and not (self._look.done and self._aligned):
                 body = self._joined.body or Body()
                 mapping.sight(self._teammates.find_in(self._sweep_of(message), body))
         mapping.move(message.T_wheel_base)

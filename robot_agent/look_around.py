@@ -26,6 +26,14 @@ class LookAround:
         """Whether the robot has seen all that is around its start."""
         return self._turned >= _FULL_TURN or not self._wanted
 
+    @property
+    def first(self) -> bool:
+        """Whether others still stand where they began, as far as it knows.
+
+        Who has looked around once may drive, and is seen by the others in many places.
+        """
+        return self._turned < _FULL_TURN
+
     def follow(self, T_wheel_base: Pose2) -> None:
         """Take in where the wheels say the robot is now."""
         if self._before is not None:

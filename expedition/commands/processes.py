@@ -217,15 +217,15 @@ def _ties(
 
 
 def _wait_for_parts(parts: Path, settings: TeamSettings, live: Live) -> None:
-    """Wait for what the server knows, or the robots where there is none, if they share this folder.
+    """Wait for what the server knows, and robots without a master, if they share this folder.
 
     A robot that was lost leaves nothing; the others are waited for.
     """
     from expedition.processes import SERVER_DONE
 
-    wanted = [SERVER_DONE]
-    if not settings.server.enabled:
-        wanted = [f"{member.name}.done" for member in settings.members()]
+    wanted = [SERVER_DONE] if settings.server.enabled else []
+    if settings.robot.decides == "itself":
+        wanted += [f"{member.name}.done" for member in settings.members()]
     deadline = time.monotonic() + _SERVER_PATIENCE
     while missing := [name for name in wanted if not (parts / name).exists()]:
         if time.monotonic() > deadline:

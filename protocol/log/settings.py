@@ -19,7 +19,8 @@ class LogSyncSettings(BaseModel):
     wait no longer than `revision_delay_s`. All that waits while nobody was heard in the last
     `reached_s`, but no longer than `unheard_s`. All but such poses also wait, for `missed_s` at
     most, for a moment at which everybody was just heard who was within `missed_s`: in the last
-    `fresh_s`, and somewhat longer ago the longer they wait, but within `reached_s`.
+    `fresh_s`, and somewhat longer ago the longer they wait, but within `reached_s`. While somebody
+    does not know its place what others saw is told within `hurried_s`.
 
     Announcing: what a robot holds is broadcast every `announce_period_s` while something changes,
     ever more rarely to `announce_period_max_s` when nothing does, and at once when a peer is heard
@@ -47,6 +48,7 @@ class LogSyncSettings(BaseModel):
     revision_large_m: NotNegative = 0.05
     reached_s: Positive = 1.5
     fresh_s: Positive = 0.3
+    hurried_s: NotNegative = 2.0
     missed_s: Positive = 20.0
     unheard_s: NotNegative = 300.0
     frame_bytes: Annotated[int, Field(ge=256, le=60_000)] = 4000

@@ -66,6 +66,16 @@ class Telling:
         if size + FRAME_OVERHEAD >= self._settings.frame_bytes or len(waiting) >= ENTRIES_IN_FRAME:
             self._batch = now
 
+    def hurry(self, now: float) -> None:
+        """Somebody cannot go on without what this member saw: let what waits wait for little more.
+
+        Args:
+            now: mission time [s].
+        """
+        if self._batch is not None:
+            self._full = min(self._full, now + self._settings.hurried_s)
+            self._batch = min(self._batch, self._full)
+
     def revised(self, now: float) -> None:
         """There may be new poses: the others must not go by wrong ones for long."""
         own, settings = self._log.own, self._settings

@@ -162,8 +162,11 @@ class Peer:
         return [*effects, Send("radio", EVERYONE, beacon), *poses]
 
     def _say_whom_it_saw(self, now: float) -> list[Effect]:
-        """Tell the others whom the robot saw from its start, while somebody needs to know."""
-        lookout = self.sharing.place.lookout_due(now) if self.choosing.crew.seeking else None
+        """Tell the others whom the robot saw from its start, and what, while somebody needs it."""
+        if not self.choosing.crew.seeking:
+            return []
+        self.sharing.sync.telling.hurry(now)
+        lookout = self.sharing.place.lookout_due(now)
         return [Send("radio", EVERYONE, lookout)] if lookout else []
 
     def _note_unplaced(self) -> None:

@@ -145,7 +145,8 @@ class Tying:
         self._tried = (0, 0)  # number of the newest report, and what was held, at the last try
         self._next = 0.0
         self._found: Pose2 | None = None  # by the last try
-        self._unopposed = 0  # so many tries in a row spoke neither for nor against what was seen
+        self._seen: Pose2 | None = None  # where others saw it, as of the last try
+        self._unopposed = 0  # so many tries in a row spoke neither for nor against that
 
     def add(self, report: ScanReport) -> None:
         """Keep what the robot saw."""
@@ -216,7 +217,9 @@ class Tying:
 
     def _only_seen(self, T_map_own: Pose2) -> Pose2 | None:
         """Return the place where others saw the robot, if walls have had their say for long."""
-        self._found, self._unopposed = None, self._unopposed + 1
+        again = self._seen is not None and not self._seen.moved(T_map_own, *_AGREED)
+        self._found, self._seen = None, T_map_own
+        self._unopposed = self._unopposed + 1 if again else 1
         return T_map_own if self._unopposed >= self._settings.sight_tries else None
 
     def take(self) -> list[ScanReport]:

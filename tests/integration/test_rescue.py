@@ -47,6 +47,20 @@ def test_a_server_that_listens_holds_the_same_map(tmp_path: Path) -> None:
     assert summary["coverage"] > 0.98
 
 
+def test_what_a_server_out_of_reach_did_not_hear_is_in_the_results_all_the_same(
+    tmp_path: Path,
+) -> None:
+    deaf = (
+        "world.radio.model=disc",
+        "world.radio.range_m=30.0",
+        "world.radio.server_place=[90.0, 90.0]",
+    )
+    summary = run_team(rescue(KNOWN, *deaf, max_time=40.0), tmp_path, Watch(), in_process=True)
+    assert summary["ended"] == "time_limit"
+    assert summary["coverage"] > 0.3
+    assert {robot["ended"] for robot in summary["robots"]} == {"finished"}
+
+
 def test_loss_doubles_and_disorder_leave_no_gap() -> None:
     bad = (
         "world.radio.loss=0.3",

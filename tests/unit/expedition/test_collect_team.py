@@ -5,7 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from expedition.collect_team import candidate_part, listener_part, peer_part, team_part
+from expedition.collect_team import (
+    listener_part,
+    listener_witness,
+    peer_part,
+    peer_witness,
+    team_part,
+)
 from mapping.geometry import IDENTITY, Pose2
 from mapping.observation_coding import Observation, encode_observation
 from mapping.shared_map import SharedMap
@@ -86,25 +92,22 @@ def test_single_coverages_add_up_lives_and_together_are_less() -> None:
     assert 0 < single["bob"] <= union < single["bob"] + single["ann"]
 
 
-def test_a_server_that_listens_tells_how_it_ended_and_who_was_lost() -> None:
+def test_a_server_that_listens_tells_how_it_ended_and_what_the_team_found() -> None:
     rig = begun()
     rig.says("bob", seen_by("bob", Pose2(1.0, 0.0, 0.0)))
     rig.says("ann", beacon())
     rig.tick(20.0)
     rig.says("bob", beacon(1.0))
     part = listener_part(rig.listener)
-    assert {name: robot["ended"] for name, robot in part["robots"].items()} == {
-        "ann": "lost",
-        "bob": "finished",
-    }
     assert (part["ended"], part["sim_time_s"]) == ("failed", 20.5)
     assert "before the mission" in part["reason"]
     rig.tick()
     rig.through("bob")
     rig.through("ann")
     rig.tick()
-    part = listener_part(rig.listener)
-    assert part["ended"] == "explored"
+    assert listener_part(rig.listener)["ended"] == "explored"
+    found = listener_witness(rig.listener)
+    assert list(found["robots"]) == ["ann", "bob"] and found["map_digest"]
 
 
 @pytest.fixture(scope="module")
@@ -142,11 +145,11 @@ def test_a_robot_in_a_later_life_leaves_its_way_to_the_team() -> None:
 
 
 def test_a_robot_tells_of_the_team_and_of_what_is_left(robot: Rig) -> None:
-    part = candidate_part(robot.peer, SETTINGS)
+    part = peer_witness(robot.peer, SETTINGS)
     assert sorted(part["robots"]) == ["bob", "me"]
     assert part["remaining"] and all("reason" in place for place in part["remaining"])
-    nothing: dict[str, Any] = candidate_part(Rig().peer, SETTINGS)
+    nothing: dict[str, Any] = peer_witness(Rig().peer, SETTINGS)
     assert "remaining" not in nothing
     blind = Rig()
     blind.radio("bob", seen_by("bob", IDENTITY))
-    assert candidate_part(blind.peer, SETTINGS)["grid"] is not None
+    assert peer_witness(blind.peer, SETTINGS)["grid"] is not None

@@ -32,18 +32,18 @@ def names(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.rglob("*.npz"))
 
 
-def test_a_robot_leaves_its_own_word_and_without_a_server_what_it_knows_of_the_team(
-    tmp_path: Path,
+@pytest.mark.parametrize("server", [True, False])
+def test_a_robot_leaves_its_own_word_and_what_it_knows_of_the_team(
+    server: bool, tmp_path: Path
 ) -> None:
     peer = robot().peer
-    save_robot(tmp_path / "with", peer, team(server=True))
-    assert names(tmp_path / "with") == ["3-me.npz"]
-    save_robot(tmp_path / "without", peer, team(server=False))
     held = len(peer.sharing.shared.team)
-    assert names(tmp_path / "without") == [f"{held:07}-me.npz", "3-me.npz"]
-    choose_witness(tmp_path / "without")
-    assert names(tmp_path / "without") == ["2-team.npz", "3-me.npz"]
-    record = load_record(tmp_path / "without")
+    for _ in range(2):
+        save_robot(tmp_path, peer, team(server))
+        assert names(tmp_path) == [f"{held:07}-me.npz", "3-me.npz"]
+    choose_witness(tmp_path)
+    assert names(tmp_path) == ["2-team.npz", "3-me.npz"]
+    record = load_record(tmp_path)
     assert [each.id for each in record.robots] == ["bob", "me"]
     assert record.problems == []
 
@@ -58,6 +58,8 @@ def test_a_robot_that_is_told_what_to_do_leaves_nothing(tmp_path: Path) -> None:
     [
         (["0000009-bob", "0000010-cy", "0000002-ann"], "0000010-cy"),
         (["0000009-bob", "0000009-ann-b.c", "0000002-cy"], "0000009-ann-b.c"),
+        (["0000009-bob", "0000009-server", "0000002-cy"], "0000009-server"),
+        (["0000009-bob", "0000008-server", "0000002-cy"], "0000009-bob"),
         ([], None),
     ],
 )
@@ -82,7 +84,9 @@ def test_what_an_earlier_run_left_goes(tmp_path: Path) -> None:
 
 def test_a_server_that_listened_leaves_the_teams_record(tmp_path: Path) -> None:
     rig = begun()
+    save_server(tmp_path, rig.listener, rig.now, last=False)
     save_server(tmp_path, rig.listener, rig.now)
+    choose_witness(tmp_path)
     record = load_record(tmp_path)
     assert [each.id for each in record.robots] == ["ann"]
     assert len(record.observations) == 2

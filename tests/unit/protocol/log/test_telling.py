@@ -154,6 +154,21 @@ def test_news_that_stop_coming_wait_for_no_more() -> None:
         assert telling.due == due
 
 
+def test_news_that_somebody_needs_wait_for_little_more() -> None:
+    log = ObservationLog("ann")
+    telling = Telling(log, LogSyncSettings(batch_period_s=20.0, hurried_s=2.0), Peers(10.0, 70.0))
+    telling.hurry(0.0)
+    assert telling.due is None
+    log.append(b"one", (1, 2, 3))
+    telling.news(1.0)
+    assert telling.due == 6.0  # quiet for so long
+    for now in (1.5, 2.5):
+        telling.hurry(now)
+        assert telling.due == 3.5
+    telling.news(3.4)
+    assert telling.due == 3.5
+
+
 def test_a_large_correction_waits_for_nobody_but_the_first_in_reach() -> None:
     telling, peers, log = waiting(10.0)
     log.revise(np.full((2, 3), 80, dtype=np.int32), telling.count)

@@ -231,6 +231,10 @@ def test_without_walls_in_reach_it_is_where_others_saw_it_after_some_tries() -> 
     least = SETTINGS.sight_tries
     assert tries(tying, seen(ROOM, *SEEN), far, told(SEEN[1]), count=least - 1) is None
     assert tries(tying, seen(ROOM, *SEEN), far, count=1) == far.T_map_odom
+    tying = looked(ROOM, SEEN[1])
+    elsewhere = Guess(Pose2(60.5, 0.0, 0.0), far.covariance, seen=True)
+    assert tries(tying, seen(ROOM, *SEEN), far, count=least - 1) is None
+    assert tries(tying, seen(ROOM, *SEEN), elsewhere, count=least - 1) is None, "it has moved"
 
 
 def test_where_walls_contradict_what_others_saw_what_it_was_told_counts() -> None:
