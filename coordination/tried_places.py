@@ -85,6 +85,12 @@ class TriedPlaces:
             if self._given_up(tried) or (bars and robot in tried.barred) or now < tried.rests_until
         )
 
+    def resting(self, now: float) -> Floats:
+        """Return the places (k, 2) [m] that rest at `now` [s] and are not given up."""
+        return _points(
+            tried for tried in self._places if now < tried.rests_until and not self._given_up(tried)
+        )
+
     def given_up(self) -> Floats:
         """Return the places (k, 2) [m] given up for everybody."""
         return _points(tried for tried in self._places if self._given_up(tried))

@@ -28,6 +28,8 @@ from robot_agent.decentral.standing_by import StandingBy
 
 _EPSILON = 1e-9
 _HOME_NEAR = 1.0  # [m]; nearer is at home
+_FARTHER_ON = 3.0  # [m]; goals within this of each other are of the same frontier
+_AT_GOAL = 1.0  # [m]; a teammate that leaves its goal from within this has been there
 
 
 class Choosing:
@@ -97,6 +99,8 @@ class Choosing:
         before = self.crew.beacons.get(name)
         if not self.crew.hear(name, beacon, stamp, now):
             return False, None
+        if before is not None and (visited := _visited(before, beacon)) is not None:
+            self._decision.mate_visited(visited, name, now)
         if self.through or (before is not None and not differs(before, beacon)):
             return True, None
         return True, self._again(now)
@@ -154,9 +158,8 @@ class Choosing:
 
     def _quiet(self, now: float) -> bool:
         since = self._decision.idle_since
-        resting = self._decision.next_awake(now) is not None
-        quiet = since is not None and now - since >= self._settings.quiet_s and not resting
-        return quiet and not self.lost
+        quiet = since is not None and now - since >= self._settings.quiet_s
+        return quiet and not self.lost and not self._decision.something_rests(now)
 
     def _all_say_so(self, held: int, now: float) -> bool:
         """Whether all that are waited for were just heard, are idle, and hold what is held here."""
@@ -215,3 +218,16 @@ class Choosing:
             costs[name] = first + explorer.costs_from(Pose2(*goal, 0.0), places_map)
             claims.append(Claim(name, goal, first))
         return costs, claims
+
+
+def _visited(before: Beacon, now: Beacon) -> Point | None:
+    """Return where a teammate was heading that got there and goes elsewhere now, else None.
+
+    A frontier recedes before a robot: one that heads a little farther has not seen all of it yet.
+    """
+    goal, where = before.goal_map, now.T_map_base
+    if goal is None or before.life != now.life:
+        return None
+    if now.goal_map is not None and math.dist(goal, now.goal_map) <= _FARTHER_ON:
+        return None
+    return goal if math.dist(goal, (where.x, where.y)) <= _AT_GOAL else None

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from coordination.bid import RobotBid, near
 from coordination.lease import Lease, LeaseTerms
@@ -165,6 +166,10 @@ class Decision:
             self._got_somewhere = False
             self._tried.failed(region.goal, self._robot, reason)
 
+    def mate_visited(self, place: Point, mate: str, now: float) -> None:
+        """Note that a teammate was at a place: if the frontier stays, that was a try in vain."""
+        self._tried.visited(place, mate, now)
+
     def go_home(self, home: tuple[float, float], now: float) -> Award:
         """Return the word to wait where the robot began."""
         self._home = True
@@ -193,6 +198,17 @@ class Decision:
         """Return when a place has rested enough [s], None if none rests."""
         return self._tried.next_awake(now)
 
+    def something_rests(self, now: float) -> bool:
+        """Whether something rests that was worth a trip at the last bid."""
+        if self._bid is None:
+            return False
+        worth = self._bid.places[self._worth(self._bid)]
+        return bool(near(worth, self._tried.resting(now), self._settings.tried_radius_m).any())
+
+    def _worth(self, bid: RobotBid) -> npt.NDArray[np.bool_]:
+        """Return which places of a bid are worth a trip, (n,)."""
+        return (bid.gains >= self._strategy.min_gain) & (bid.gains > 0.0)
+
     def _none_left(self, left: RobotBid, now: float) -> None:
         """Nothing is free: leave what is in hand to a teammate, be idle, or go on if almost there.
 
@@ -200,7 +216,7 @@ class Decision:
             left: places of the bid that are left to teammates.
             now: mission time [s].
         """
-        worth = left.only((left.gains >= self._strategy.min_gain) & (left.gains > 0.0))
+        worth = left.only(self._worth(left))
         if self.region is not None:
             if self._goes_on(self.region.goal, worth, now):
                 return

@@ -33,10 +33,13 @@ def test_a_visited_place_rests() -> None:
     tried = TriedPlaces(0.5, 2)
     assert not tried.visited((1.0, 1.0), "anna", 10.0)
     assert tried.kept_from("ben", 9.9).tolist() == [[1.0, 1.0]]
+    assert tried.resting(9.9).tolist() == [[1.0, 1.0]]
+    assert tried.resting(10.0).tolist() == []
     assert tried.next_awake(9.0) == 10.0
     assert tried.kept_from("ben", 10.0).tolist() == []
     assert tried.next_awake(10.0) is None
     assert tried.visited((1.0, 1.0), "ben", 20.0)
+    assert tried.resting(15.0).tolist() == []  # given up
 
 
 def test_bars_are_lifted_but_what_was_given_up_stays_so() -> None:

@@ -164,6 +164,31 @@ def test_when_a_teammate_turns_idle_it_goes_where_that_did_not() -> None:
     assert mine.hear("robot2", beacon(-0.45, idle=False), 1.0, 2.5) == (False, None)
 
 
+@pytest.mark.parametrize("enough", [True, False])
+def test_what_teammates_looked_at_in_vain_often_enough_is_given_up_by_all(enough: bool) -> None:
+    rig, mine = in_hall()
+    x, count = WEST[0] + 0.6, SETTINGS.max_tries - (not enough)
+    for k, goal in enumerate([(9.0, 9.0), None, None][:count]):
+        for at, heading in ((1.0, WEST), (2.0, goal)):
+            now = 3.0 * k + at
+            mine.hear("robot2", beacon(x, busy=True, goal_map=heading), now, now)
+    mine.hear("robot2", beacon(x, idle=True), 15.0, 15.0)
+    award = mine.bid(placed(rig, WEST), 20.0)
+    assert (award is None) == enough == mine.idle
+
+
+def test_a_teammate_that_is_far_away_or_goes_on_from_there_was_in_no_place_in_vain() -> None:
+    rig, mine = in_hall()
+    on = (WEST[0] - 1.0, WEST[1])
+    for k in range(2 * SETTINGS.max_tries):
+        x, goal, life = [(WEST[0] + 1.5, None, 0), (WEST[0], on, 0), (WEST[0], None, k + 1)][k % 3]
+        before = beacon(x, busy=True, goal_map=WEST, life=0 if k % 3 < 2 else k)
+        mine.hear("robot2", before, 3.0 * k + 1.0, 3.0 * k + 1.0)
+        mine.hear("robot2", beacon(x, goal_map=goal, life=life), 3.0 * k + 2.0, 3.0 * k + 2.0)
+    mine.hear("robot2", beacon(x, idle=True), 90.0, 90.0)
+    assert goal_of(mine.bid(placed(rig, WEST), 91.0)) == pytest.approx(WEST)
+
+
 def test_what_comes_up_for_others_on_its_way_home_does_not_turn_it_round() -> None:
     rig, mine = in_hall()
     mine.bid(placed(rig), 0.0)
