@@ -33,6 +33,7 @@ from benchmarks.floors import (
     weights_of,
 )
 from mapping.bucket_wave import UNREACHED
+from mapping.cell_box import CellBox
 from mapping.coarse_gain import (
     coarse_information_gains,
     coarsen_classes,
@@ -40,7 +41,7 @@ from mapping.coarse_gain import (
 )
 from mapping.distance_field import truncated_distance, update_distance
 from mapping.frontiers import find_frontiers
-from mapping.grid import CLEAR, OBSTACLE, CellBox, GridGeometry
+from mapping.grid import CLEAR, OBSTACLE, GridGeometry
 from mapping.information_gain import information_gains
 from mapping.path_planning import (
     cost_field,

@@ -8,9 +8,10 @@ from functools import cache
 import numpy as np
 
 from benchmarks.floors import RESOLUTION, Case, office
+from mapping.cell_box import CellBox
 from mapping.changed_regions import changed_regions
 from mapping.geometry import Pose2
-from mapping.grid import OBSTACLE, CellBox, GridGeometry, OccupancyGrid
+from mapping.grid import OBSTACLE, GridGeometry, OccupancyGrid
 from mapping.match_map import MatchMap
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings, integrate_scan

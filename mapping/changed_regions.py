@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.compiled import compiled
-from mapping.grid import CellBox
 
 TILE = 32  # changes in neighbouring tiles of so many cells along an edge count as one region
 

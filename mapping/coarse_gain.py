@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox, around_both
 from mapping.coarse_weights import block_box
 from mapping.compiled import compiled
 from mapping.geometry import Floats
-from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, CellBox, Cells, around_both
+from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, Cells
 from mapping.information_gain import (
     CLOSED,
     NO_WEIGHT,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.compiled import compiled
-from mapping.grid import CellBox
 
 
 def block_box(box: CellBox, factor: int) -> CellBox:

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2, pose_from
-from mapping.grid import CellBox, OccupancyGrid
+from mapping.grid import OccupancyGrid
 from mapping.search_image import Scores, SearchSettings, cut_image
 from mapping.surface_map import SurfaceMap, layer_of
 

@@ -12,8 +12,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.compiled import compiled
-from mapping.grid import CellBox, GridGeometry
 
 _BAND_ROWS = 128  # whole grids are done in bands whose buffers stay in the processor's cache
 
@@ -67,7 +67,7 @@ def update_distance(
     """
     rows, cols = field.shape
     reach = reach_cells(limit, resolution)
-    touched = box.dilated(reach, GridGeometry(resolution, 0.0, 0.0, rows, cols))
+    touched = box.dilated(reach, (rows, cols))
     if not (box.empty or touched.empty):
         solid = _as_bytes(obstacle)
         iy0, ix0, iy1, ix1 = touched.iy0, touched.ix0, touched.iy1, touched.ix1

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.compiled import compiled
-from mapping.grid import CLEAR, UNKNOWN, CellBox, Cells, GridGeometry
+from mapping.grid import CLEAR, UNKNOWN, Cells
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +57,7 @@ def find_frontiers(
     Source: Simmons et al. 2000, section "Constructing Bids".
     """
     rows, cols = classes.shape
-    window = (box or CellBox(0, 0, rows, cols)).dilated(0, GridGeometry(1.0, 0.0, 0.0, rows, cols))
+    window = (box or CellBox(0, 0, rows, cols)).dilated(0, (rows, cols))
     if window.empty:
         none = np.empty(0, dtype=np.int64)
         return Frontiers(np.empty((0, 2), dtype=np.int64), none, none)

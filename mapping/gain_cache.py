@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.geometry import Floats
-from mapping.grid import CellBox, Cells
+from mapping.grid import Cells
 from mapping.information_gain import Gains
 
 # From places (N, 2) to their gains (N,), boxes (N, 4) and boxes of all cells these depend on.

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from mapping.grid import EMPTY_BOX, CellBox, GridGeometry, OccupancyGrid, Padding, box_of
+from mapping.cell_box import EMPTY_BOX, CellBox, box_of
+from mapping.grid import GridGeometry, OccupancyGrid, Padding
 
 _CHUNK = 128  # a grid ends at multiples of so many cells, so that growing is rare
 

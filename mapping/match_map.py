@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.correlative_search import SearchWindow
 from mapping.geometry import Floats, Pose2
-from mapping.grid import CellBox, GridGeometry, OccupancyGrid, Padding
+from mapping.grid import GridGeometry, OccupancyGrid, Padding
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings, integrate_scan, scan_extent
 from mapping.scan_matching import MatchResult, MatchSettings, matches, posterior_density

@@ -14,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mapping.beam_votes import cast_votes
+from mapping.cell_box import EMPTY_BOX, CellBox
 from mapping.compiled import compiled
 from mapping.geometry import Floats, Pose2
-from mapping.grid import EMPTY_BOX, CellBox, OccupancyGrid
+from mapping.grid import OccupancyGrid
 from mapping.scan import LaserScan
 from mapping.scan_points import scan_points, turned_points
 
@@ -150,7 +151,9 @@ def integrate_scan(
     geometry = grid.geometry
     ends, hits = beam_ends(scan, T_map_base)
     T_map_laser = T_map_base @ scan.T_base_laser
-    box = geometry.box_around(*_extent(ends, T_map_laser.x, T_map_laser.y)).dilated(1, geometry)
+    box = geometry.box_around(*_extent(ends, T_map_laser.x, T_map_laser.y)).dilated(
+        1, geometry.shape
+    )
     if box.empty:
         return EMPTY_BOX
     if points_map is None:

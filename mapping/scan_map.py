@@ -19,8 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mapping.cell_box import EMPTY_BOX, CellBox
 from mapping.geometry import Pose2
-from mapping.grid import EMPTY_BOX, CellBox, OccupancyGrid
+from mapping.grid import OccupancyGrid
 from mapping.lattice_grid import LatticeGrid, changed_box, lattice_box, lattice_geometry
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings, integrate_scan, scan_extent

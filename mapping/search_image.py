@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.compiled import compiled
-from mapping.grid import CellBox, OccupancyGrid
+from mapping.grid import OccupancyGrid
 from mapping.surface_map import FAR, LAYERS, SurfaceMap
 
 Scores = npt.NDArray[np.uint8]
@@ -98,7 +99,7 @@ def cut_image(
     geometry = grid.geometry
     log_odds = np.zeros((box.iy1 - box.iy0, box.ix1 - box.ix0), dtype=np.float32)
     squared = np.full((LAYERS, *log_odds.shape), FAR, dtype=np.uint8)
-    inside = box.dilated(0, geometry)
+    inside = box.dilated(0, geometry.shape)
     if not inside.empty:
         rows, cols = inside.shifted(-box.iy0, -box.ix0).slices
         log_odds[rows, cols] = grid.log_odds[inside.slices]

@@ -13,8 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import EMPTY_BOX, CellBox
 from mapping.geometry import Pose2
-from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
+from mapping.grid import GridGeometry
 from mapping.observation_coding import Observation, ObservationError, decode_observation
 from mapping.scan_layout import KNOWN_LAYOUTS, SensorLayout
 from mapping.team_map import PlacedScan, TeamMap

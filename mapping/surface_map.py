@@ -24,10 +24,11 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.closest_walls import Ids, move_walls
 from mapping.compiled import compiled
 from mapping.geometry import Floats
-from mapping.grid import CellBox, GridGeometry, OccupancyGrid, Padding
+from mapping.grid import GridGeometry, OccupancyGrid, Padding
 from mapping.surfel_fitting import refit_surfels
 
 _Scalar = TypeVar("_Scalar", bound=np.generic)

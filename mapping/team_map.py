@@ -16,8 +16,9 @@ from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
+from mapping.cell_box import EMPTY_BOX, CellBox
 from mapping.geometry import Pose2
-from mapping.grid import EMPTY_BOX, CellBox, OccupancyGrid
+from mapping.grid import OccupancyGrid
 from mapping.lattice_grid import LatticeGrid
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings

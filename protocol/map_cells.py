@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 import zstandard
 
-from mapping.grid import GridGeometry, box_of
+from mapping.cell_box import box_of
+from mapping.grid import GridGeometry
 
 # One step of the wire is 0.05 in log-odds: +-6.35 is p = 0.998, beyond which nobody decides anew.
 STEPS_PER_LOG_ODD = 20.0

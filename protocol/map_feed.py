@@ -7,7 +7,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from mapping.grid import CellBox, GridGeometry
+from mapping.cell_box import CellBox
+from mapping.grid import GridGeometry
 from protocol.map_cells import pack_cells
 from protocol.messages import MapDelta, MapSnapshot
 

@@ -11,9 +11,9 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.coarse_gain import CoarseClasses, coarsen_classes, refresh_classes
 from mapping.coarse_weights import coarsen_weights, refresh_weights
-from mapping.grid import CellBox
 from mapping.information_gain import entropy_weight, roomy_classes
 from protocol.map_cells import dequantise
 from robot_agent.planning_map import PlanningMap
@@ -62,10 +62,10 @@ class BlockMap:
         for box in joined(self._changed):
             if self._weight_of_byte is not None:
                 self.gains.fine_weight[box.slices] = self._counts(box)
-            around = box.dilated(self._map.body_cells, geometry)
+            around = box.dilated(self._map.body_cells, geometry.shape)
             self.gains.fine[around.slices] = self._roomy(around)
             refresh_classes(self.gains, around)
-            around = box.dilated(self._map.reach, geometry)
+            around = box.dilated(self._map.reach, geometry.shape)
             refresh_weights(self.weights, self._map.weights, self._cost_factor, around)
         self._changed.clear()
 

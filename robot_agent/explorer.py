@@ -8,12 +8,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox, around_both
 from mapping.coarse_gain import coarse_grounds, coarse_information_gains
 from mapping.frontier_tour import values_after
 from mapping.frontiers import find_frontiers
 from mapping.gain_cache import GainCache
 from mapping.geometry import Floats, Pose2
-from mapping.grid import CellBox, Cells, around_both
+from mapping.grid import Cells
 from mapping.visible_gain import Sight, visible_gains
 from protocol.body import Body
 from protocol.messages import Bid
@@ -119,7 +120,7 @@ class Explorer:
         elif boxes:
             # Whether the body fits changes around, too.
             around = self._map.body_cells
-            self._changed += [box.dilated(around, self._map.geometry) for box in boxes]
+            self._changed += [box.dilated(around, self._map.geometry.shape) for box in boxes]
             self._blocks.changed(boxes)
 
     def _losses(

@@ -11,19 +11,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import EMPTY_BOX, CellBox, box_of
 from mapping.changed_regions import changed_regions
 from mapping.distance_field import reach_cells, truncated_distance, update_distance
-from mapping.grid import (
-    CLEAR,
-    EMPTY_BOX,
-    OBSTACLE,
-    UNKNOWN,
-    CellBox,
-    GridGeometry,
-    Padding,
-    box_of,
-    classify,
-)
+from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, GridGeometry, Padding, classify
 from mapping.path_planning import traversal_weights
 from protocol.map_cells import dequantise, unpack_cells
 from protocol.messages import MapDelta, MapSnapshot

@@ -14,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mapping.bucket_wave import BLOCKED, STRAIGHT_STEP
+from mapping.cell_box import CellBox
 from mapping.compiled import compiled
 from mapping.geometry import Floats
-from mapping.grid import CellBox, Cells
+from mapping.grid import Cells
 from mapping.path_escape import ESCAPE_WEIGHT, with_escape
 from mapping.path_planning import cost_field, smooth_path
 from robot_agent.path_following import SPACING, DrivenPath, evenly_spaced
@@ -102,7 +103,9 @@ class Destination:
         geometry = planning_map.geometry
         places = _places(planning_map, planning_map.weights, goal_map, tolerance)
         iy, ix = geometry.cell_at(*goal_map)
-        around = CellBox(iy, ix, iy + 1, ix + 1).dilated(_reach(planning_map, tolerance), geometry)
+        around = CellBox(iy, ix, iy + 1, ix + 1).dilated(
+            _reach(planning_map, tolerance), geometry.shape
+        )
         ends = np.argwhere(places[around.slices]) + np.array((around.iy0, around.ix0))
         here = geometry.cell_at(*here_map)
         field = cost_field(planning_map.weights, ends, geometry.resolution, here, _BEYOND)

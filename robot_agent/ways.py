@@ -7,10 +7,11 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import CellBox
 from mapping.coarse_weights import refresh_weights
 from mapping.frontier_tour import ways_between
 from mapping.geometry import Floats, Pose2
-from mapping.grid import CellBox, Cells
+from mapping.grid import Cells
 from mapping.path_escape import with_escape
 from mapping.path_planning import CostField, cost_field, reachable_near
 from robot_agent.planning_map import PlanningMap
@@ -63,7 +64,7 @@ class Ways:
         if weights is not planning_map.weights:
             block_weights = block_weights.copy()
             opened = CellBox(*start, start[0] + 1, start[1] + 1)
-            around = opened.dilated(math.ceil(_ESCAPE / geometry.resolution), geometry)
+            around = opened.dilated(math.ceil(_ESCAPE / geometry.resolution), geometry.shape)
             refresh_weights(block_weights, weights, BLOCK, around)
         self._weights = block_weights
         self.field: CostField = cost_field(self._weights, starts, self._edge)

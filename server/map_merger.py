@@ -13,10 +13,11 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import EMPTY_BOX, CellBox
 from mapping.comparing import firm_match
 from mapping.correlative_search import SearchWindow
 from mapping.geometry import Floats, Pose2
-from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
+from mapping.grid import GridGeometry
 from mapping.loop_search import LoopSearch
 from mapping.match_map import MapSettings, MatchMap
 from mapping.motion_model import MotionModel

@@ -8,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt, label
 
+from mapping.cell_box import CellBox
 from mapping.geometry import Floats
-from mapping.grid import CellBox, GridGeometry
+from mapping.grid import GridGeometry
 from sim_world.errors import WorldError
 from sim_world.floor_plan import RandomObstacles, disc, turned_box
 from sim_world.scene import TRUTH_RESOLUTION, WallScene, draw_solid

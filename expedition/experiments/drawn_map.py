@@ -9,8 +9,8 @@ import numpy as np
 
 from expedition.experiments.map_updates import MapUpdate
 from expedition.experiments.vote_counts import CellValue, VoteCounts, Votes, votes_of
+from mapping.cell_box import EMPTY_BOX, CellBox, box_of
 from mapping.geometry import Pose2
-from mapping.grid import EMPTY_BOX, CellBox, box_of
 from mapping.scan import LaserScan
 
 

@@ -13,8 +13,9 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from mapping.cell_box import EMPTY_BOX, CellBox, box_of
 from mapping.geometry import Pose2
-from mapping.grid import EMPTY_BOX, CellBox, GridGeometry, OccupancyGrid, box_of, geometry_around
+from mapping.grid import GridGeometry, OccupancyGrid, geometry_around
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings, integrate_scan, scan_extent
 

@@ -21,8 +21,9 @@ from expedition.results.colours import (
 from expedition.results.record import RunRecord
 from expedition.results.tracks import as_track, thinned
 from expedition.results.victims import VictimMark, victim_marks
+from mapping.cell_box import CellBox
 from mapping.geometry import Floats
-from mapping.grid import CLEAR, OBSTACLE, CellBox, GridGeometry, classify, geometry_around
+from mapping.grid import CLEAR, OBSTACLE, GridGeometry, classify, geometry_around
 
 MARGIN = 0.6  # [m] of unknown shown around everything that is known
 LONGEST_SIDE = 1600  # [pixels] wanted of map.png: sharp on a screen, small as a file

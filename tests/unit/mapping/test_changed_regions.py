@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mapping.cell_box import CellBox
 from mapping.changed_regions import TILE, changed_regions
-from mapping.grid import CellBox
 
 
 def test_equal_grids_differ_nowhere() -> None:

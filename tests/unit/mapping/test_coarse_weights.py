@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.bucket_wave import BLOCKED
+from mapping.cell_box import CellBox
 from mapping.coarse_weights import block_box, coarsen_weights, refresh_weights
-from mapping.grid import CellBox
 
 
 def test_a_block_costs_what_its_cheapest_cell_costs() -> None:

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mapping.cell_box import EMPTY_BOX, CellBox
 from mapping.distance_field import reach_cells, truncated_distance, update_distance
-from mapping.grid import EMPTY_BOX, CellBox
 
 
 def brute_force(obstacle: np.ndarray, resolution: float, limit: float) -> np.ndarray:

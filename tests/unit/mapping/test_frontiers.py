@@ -2,8 +2,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mapping.cell_box import EMPTY_BOX, CellBox
 from mapping.frontiers import find_frontiers
-from mapping.grid import CLEAR, EMPTY_BOX, OBSTACLE, UNKNOWN, CellBox
+from mapping.grid import CLEAR, OBSTACLE, UNKNOWN
 
 
 def frontier_mask(classes: np.ndarray) -> np.ndarray:

@@ -2,10 +2,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mapping.cell_box import CellBox
 from mapping.coarse_gain import coarse_grounds, coarse_information_gains, coarsen_classes
 from mapping.gain_cache import GainCache
 from mapping.geometry import Floats
-from mapping.grid import CLEAR, CellBox, Cells
+from mapping.grid import CLEAR, Cells
 from mapping.visible_gain import Sight, visible_gains
 
 

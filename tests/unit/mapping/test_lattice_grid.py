@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from mapping.grid import EMPTY_BOX, CellBox
+from mapping.cell_box import EMPTY_BOX, CellBox
 from mapping.lattice_grid import LatticeGrid, changed_box, lattice_box, lattice_geometry
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mapping.cell_box import CellBox
 from mapping.geometry import IDENTITY, Pose2
-from mapping.grid import CellBox
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings
 from mapping.scan_map import ScanMap

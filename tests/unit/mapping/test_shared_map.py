@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mapping.cell_box import box_of
 from mapping.geometry import Pose2
-from mapping.grid import box_of
 from mapping.observation_coding import Observation, encode_observation
 from mapping.scan_coding import ScanCodingSettings
 from mapping.shared_map import Author, SharedMap

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mapping.cell_box import EMPTY_BOX, CellBox, box_of
 from mapping.geometry import Pose2
-from mapping.grid import EMPTY_BOX, CellBox, OccupancyGrid, box_of
+from mapping.grid import OccupancyGrid
 from mapping.scan import LaserScan
 from mapping.scan_integration import IntegrationSettings
 from mapping.team_map import TeamMap

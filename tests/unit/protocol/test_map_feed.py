@@ -5,7 +5,8 @@ import numpy.typing as npt
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mapping.grid import EMPTY_BOX, CellBox, GridGeometry
+from mapping.cell_box import EMPTY_BOX, CellBox
+from mapping.grid import GridGeometry
 from protocol.map_cells import pack_cells, unpack_cells
 from protocol.map_feed import MapFeed
 from protocol.messages import MapDelta

@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mapping.cell_box import CellBox
 from mapping.coarse_gain import coarsen_classes
 from mapping.coarse_weights import coarsen_weights
-from mapping.grid import CellBox
 from mapping.information_gain import entropy_weight, roomy_classes
 from protocol.map_cells import dequantise, pack_cells
 from protocol.messages import MapDelta

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mapping.cell_box import CellBox
 from mapping.distance_field import truncated_distance
-from mapping.grid import CLEAR, OBSTACLE, UNKNOWN, CellBox
+from mapping.grid import CLEAR, OBSTACLE, UNKNOWN
 from mapping.path_planning import cost_field, traversal_weights
 from protocol.map_cells import pack_cells
 from protocol.messages import MapDelta, MapSnapshot
