@@ -49,10 +49,10 @@ class SlamSettings:
         known_least: fewer known end points say nothing, for or against.
         wide: window of the search after a bad match.
         wide_covariance_scale: the prior's covariance is widened by this factor then.
-        anchor_seen: a scan of whose end points walls explain a smaller share than this is weighed
-            against the wheels since the last one that they explained better, not against what the
-            scans in between made of the same few walls: else these hold the robot back, step by
-            step.
+        anchor_known: a scan of whose end points a smaller share than this falls where the map is
+            known is weighed against the wheels since the last one that showed more of it, not
+            against what the scans in between made of the same few walls: else these hold the
+            robot back, step by step.
     """
 
     map: MapSettings = field(default_factory=MapSettings)
@@ -69,7 +69,7 @@ class SlamSettings:
     known_least: int = 12
     wide: SearchWindow = field(default_factory=SearchWindow)
     wide_covariance_scale: float = 9.0
-    anchor_seen: float = 0.7
+    anchor_known: float = 0.6
 
 
 class IncrementalSlam:
@@ -93,7 +93,7 @@ class IncrementalSlam:
         self.map = MatchMap(self.settings.map)
         self.T_odom_base = T_odom_base
         self.covariance: Floats = np.diag([1e-6, 1e-6, 1e-8])
-        # Where the robot is by the wheels since the map last explained nearly all that it saw.
+        # Where the robot is by the wheels since the map last knew most of what it saw.
         self._anchor, self._loose = T_odom_base, self.covariance
         # Where the last scan put the robot that fitted well only far from where it was thought.
         self._elsewhere: Pose2 | None = None
@@ -146,7 +146,7 @@ class IncrementalSlam:
         if result is None:
             return False, False
         self.T_odom_base, self.covariance = result.T_map_base, result.covariance
-        if result.explained >= settings.anchor_seen * len(scan_points(scan)):
+        if result.known >= settings.anchor_known * len(scan_points(scan)):
             self._anchor, self._loose = self.T_odom_base, self.covariance
         matched = result.known >= settings.known_least
         distance, turn = settings.keyframe_distance, settings.keyframe_turn

@@ -114,11 +114,11 @@ def test_scans_between_keyframes_refine_the_walls_once_the_robot_has_moved():
     assert slam.map.surfaces.sums[:, 0].sum() > hits
 
 
-def way_out_of_a_crowd(seed: int, anchor_seen: float) -> float:
+def way_out_of_a_crowd(seed: int, anchor_known: float) -> float:
     """Drive past others that hid the corridor ahead; return where the estimate is too far [m]."""
     rng = np.random.default_rng(seed)
     truth = Pose2(0.6, 1.0, 0.0)
-    slam = IncrementalSlam(replace(COARSE, anchor_seen=anchor_seen), T_odom_base=truth)
+    slam = IncrementalSlam(replace(COARSE, anchor_known=anchor_known), T_odom_base=truth)
     bearings = -0.5 * math.pi + np.arange(181) * math.pi / 181
     for k in range(16):
         step = 0.1 if k > 4 else 0.0
@@ -141,8 +141,8 @@ def way_out_of_a_crowd(seed: int, anchor_seen: float) -> float:
 )
 def test_the_few_walls_it_knows_do_not_hold_a_robot_back_where_it_sees_many_new_ones():
     anchored, carried = (
-        np.mean([abs(way_out_of_a_crowd(seed, seen)) for seed in range(12)])
-        for seen in (SlamSettings().anchor_seen, 0.0)
+        np.mean([abs(way_out_of_a_crowd(seed, known)) for seed in range(12)])
+        for known in (SlamSettings().anchor_known, 0.0)
     )
     assert anchored < 0.6 * carried
     assert anchored < 0.06
