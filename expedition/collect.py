@@ -112,10 +112,10 @@ def world_part(world: World, stage: Stage, team: TeamSettings) -> dict[str, Any]
     faults: list[dict[str, Any]] = [
         {"t_s": fault.at_s, "robot": fault.robot, "kind": fault.kind} for fault in team.world.faults
     ]
-    leaderless = {}
     if team.robot.decides == "itself":  # a server that listens need not hear all of them
         for name, robot in world.robots.items():
             robots[name]["ended"] = "finished" if robot.connected else "lost"
+    leaderless = {}
     if not team.server.enabled:
         ended = world.finished
         leaderless = {

@@ -149,8 +149,8 @@ def save_server(parts: Path, core: Master | Listener, now: float, last: bool = T
     """Save the server's part of the record."""
     if isinstance(core, Listener):
         save_record_part(parts, "2-server", collect_team.listener_part(core))
-        held = len(core.shared.team)
-        save_witness(parts, SERVER_NAME, held, collect_team.listener_witness(core))
+        witness = collect_team.listener_witness(core)  # which draws what it was told last, too
+        save_witness(parts, SERVER_NAME, len(core.shared.team), witness)
     else:
         save_record_part(parts, "2-server", collect.server_part(core, now, last))
 
@@ -176,7 +176,7 @@ def save_witness(parts: Path, name: str, held: int, part: Mapping[str, Any]) -> 
     for older in (parts / WITNESSES).glob("*.npz"):
         if older.stem.partition("-")[2] == name:
             older.unlink()
-    save_record_part(parts / WITNESSES, f"{held:07}-{name}", dict(part))
+    save_record_part(parts / WITNESSES, f"{held:07}-{name}", part)
 
 
 def choose_witness(parts: Path) -> None:

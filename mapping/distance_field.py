@@ -68,7 +68,7 @@ def update_distance(
     rows, cols = field.shape
     reach = reach_cells(limit, resolution)
     touched = box.dilated(reach, (rows, cols))
-    if not (box.empty or touched.empty):
+    if not touched.empty:
         solid = _as_bytes(obstacle)
         iy0, ix0, iy1, ix1 = touched.iy0, touched.ix0, touched.iy1, touched.ix1
         _fill_window(solid, field, iy0, ix0, iy1, ix1, reach, resolution, limit)

@@ -57,7 +57,7 @@ def find_frontiers(
     Source: Simmons et al. 2000, section "Constructing Bids".
     """
     rows, cols = classes.shape
-    window = (box or CellBox(0, 0, rows, cols)).dilated(0, (rows, cols))
+    window = (box or CellBox(0, 0, rows, cols)).clipped((rows, cols))
     if window.empty:
         none = np.empty(0, dtype=np.int64)
         return Frontiers(np.empty((0, 2), dtype=np.int64), none, none)

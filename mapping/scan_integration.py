@@ -158,23 +158,13 @@ def integrate_scan(
         return EMPTY_BOX
     if points_map is None:
         points_map = turned_points(scan_points(scan), T_map_base)
-    between = np.zeros((0, 2))
-    if settings.fill_between:
-        rays = _rays_between(
-            scan.ranges,
-            scan.bearing_start,
-            scan.bearing_step,
-            scan.range_max,
-            geometry.resolution,
-            settings.clear_margin,
-        )
-        between = T_map_laser.apply(rays)
+    between = _ends_between(scan, settings, geometry.resolution)
     cast_votes(
         grid.log_odds,
         ends,
         hits,
         solid_points(points_map, settings.depth * geometry.resolution),
-        between,
+        T_map_laser.apply(between),
         T_map_laser.x,
         T_map_laser.y,
         (geometry.origin_x, geometry.origin_y, geometry.resolution),
@@ -185,6 +175,20 @@ def integrate_scan(
         settings.surface_gap if settings.fill_between else 0.0,
     )
     return box
+
+
+def _ends_between(scan: LaserScan, settings: IntegrationSettings, resolution: float) -> Floats:
+    """Return where rays between the beams end, (N, 2) [m], laser frame; none if not asked for."""
+    if not settings.fill_between:
+        return np.zeros((0, 2))
+    return _rays_between(
+        scan.ranges,
+        scan.bearing_start,
+        scan.bearing_step,
+        scan.range_max,
+        resolution,
+        settings.clear_margin,
+    )
 
 
 @compiled

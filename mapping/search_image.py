@@ -99,7 +99,7 @@ def cut_image(
     geometry = grid.geometry
     log_odds = np.zeros((box.iy1 - box.iy0, box.ix1 - box.ix0), dtype=np.float32)
     squared = np.full((LAYERS, *log_odds.shape), FAR, dtype=np.uint8)
-    inside = box.dilated(0, geometry.shape)
+    inside = box.clipped(geometry.shape)
     if not inside.empty:
         rows, cols = inside.shifted(-box.iy0, -box.ix0).slices
         log_odds[rows, cols] = grid.log_odds[inside.slices]

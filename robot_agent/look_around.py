@@ -24,7 +24,7 @@ class LookAround:
     @property
     def done(self) -> bool:
         """Whether the robot has seen all that is around its start."""
-        return self._turned >= _FULL_TURN or not self._wanted
+        return not (self.first and self._wanted)
 
     @property
     def first(self) -> bool:

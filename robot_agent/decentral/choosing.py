@@ -29,7 +29,7 @@ from robot_agent.decentral.standing_by import StandingBy
 _EPSILON = 1e-9
 _HOME_NEAR = 1.0  # [m]; nearer is at home
 _FARTHER_ON = 3.0  # [m]; goals within this of each other are of the same frontier
-_AT_GOAL = 1.0  # [m]; a teammate that leaves its goal from within this has been there
+_BEEN_THERE = 1.0  # [m]; a teammate that leaves its goal from within this has been there
 
 
 class Choosing:
@@ -230,4 +230,4 @@ def _visited(before: Beacon, now: Beacon) -> Point | None:
         return None
     if now.goal_map is not None and math.dist(goal, now.goal_map) <= _FARTHER_ON:
         return None
-    return goal if math.dist(goal, (where.x, where.y)) <= _AT_GOAL else None
+    return goal if math.dist(goal, (where.x, where.y)) <= _BEEN_THERE else None

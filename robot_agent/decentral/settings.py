@@ -20,8 +20,9 @@ class DecisionSettings(_Settings):
     A robot counts as here while it was heard in the last `here_s`; one that was not heard for
     `lost_s` is not waited for any more. A place that it visited in vain, or found no way to, rests
     for `rest_s`; one where it got stuck it tries again when nothing else is left. After `max_tries`
-    it gives a place up; places within `tried_radius_m` are one. A robot that finds nothing for
-    `quiet_s` drives home, where the others find it again; it tries that `max_tries` times.
+    in vain it gives a place up, visits of teammates included; places within `tried_radius_m` are
+    one. A robot that finds nothing for `quiet_s` drives home, where the others find it again; it
+    tries that `max_tries` times.
 
     A place within `claim_apart_m` of where a teammate is heading is left to that teammate if it
     comes there first, and so is one that somebody else is nearer to, and from where a share of

@@ -82,6 +82,14 @@ def test_what_an_earlier_run_left_goes(tmp_path: Path) -> None:
     assert names(tmp_path) == ["0-launch.npz"]
 
 
+def test_what_a_server_was_told_last_counts_for_its_word(tmp_path: Path) -> None:
+    rig = begun()
+    rig.says("bob", seen_by("bob", Pose2(1.0, 0.0, 0.0)))
+    save_server(tmp_path, rig.listener, rig.now)
+    held = len(rig.listener.shared.team)
+    assert names(tmp_path) == [f"{held:07}-server.npz", "2-server.npz"]
+
+
 def test_a_server_that_listened_leaves_the_teams_record(tmp_path: Path) -> None:
     rig = begun()
     save_server(tmp_path, rig.listener, rig.now, last=False)
